@@ -1,0 +1,1 @@
+//! Recording bundles turned into observations, and back.

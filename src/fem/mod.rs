@@ -1,0 +1,1 @@
+//! What the phantom does under a load.

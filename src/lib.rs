@@ -1,0 +1,47 @@
+//! phantom-rig: pokes a soft phantom, records what happens, and finds its Young's modulus and the hidden
+//! elastic restraint, with what is known about each.
+//!
+//! # Map
+//! A room is a folder; its `mod.rs` is the front door. A room imports only rooms on lower floors, never a
+//! peer; `tests/tidy.rs` holds the table.
+//!
+//! | floor | room | question it answers |
+//! | --- | --- | --- |
+//! | 0 | [`units`], [`clock`], [`geometry`] | what a number means: which unit, whose time, which frame |
+//! | 0 | [`mesh`] | what shape a body has |
+//! | 0 | [`sparse`] | how a large sparse system is solved |
+//! | 1 | [`observation`] | what was observed in one poke |
+//! | 1 | [`fem`] | what the phantom does under a load |
+//! | 2 | [`sim`] | a bench with physics of its own, sharing no element, load or material with [`fem`] |
+//! | 2 | [`inverse`] | which parameters explain the observations, and how surely |
+//! | 3 | [`dataset`] | recording bundles turned into observations, and back |
+//! | 4 | [`report`] | what a person should see |
+//! | 5 | [`cli`] | what was typed, and the exit code |
+//!
+//! # The path to read first
+//! `cli::fit` → `dataset::read_bundle` → `inverse::fit` (which asks `fem` for the condensed compliance of the
+//! phantom) → `report::write_fit`.
+//!
+//! # Invariants
+//! - SI units and `f64` inside; a value at an edge carries its unit in its name.
+//! - [`fem`], [`inverse`] and [`observation`] do no input or output, read no clock and hold no globals.
+//!   Randomness enters as a seed; results do not depend on the number of threads.
+//! - [`sim`] shares only floor 0 with the fit, so that a fit of simulated data is never a fit of itself.
+//! - A solver never returns an unconverged state as if it were a result.
+//!
+//! # Frame and signs
+//! Everything is in the phantom frame (right-handed, the mesh's coordinates). Forces are those of the tip on
+//! the phantom.
+
+pub mod cli;
+pub mod clock;
+pub mod dataset;
+pub mod fem;
+pub mod geometry;
+pub mod inverse;
+pub mod mesh;
+pub mod observation;
+pub mod report;
+pub mod sim;
+pub mod sparse;
+pub mod units;

@@ -1,0 +1,1 @@
+//! A bench with physics of its own.
