@@ -1,0 +1,4 @@
+//! What a fit leaves behind, from the outside: the files of `write_fit` and the page in a real browser.
+
+mod files;
+mod synthetic;
