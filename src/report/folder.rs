@@ -2,7 +2,7 @@
 
 use super::document::FitDocument;
 use super::vtk::{write_markers, write_poke, write_restraint};
-use super::{ReportError, tables};
+use super::{ReportError, page, tables};
 use crate::inverse::Fit;
 use crate::observation::Recording;
 use serde_json::{Map, Value};
@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Writes everything that a person or a program may want of a fit into an existing folder and says what was
-/// written: `fit.json`, `forces.csv`, `residuals.csv`, and in `vtk/` one `.vtu` and one `.vtp` a poke and the
+/// written: `fit.html` (the page), `fit.json`, `forces.csv`, `residuals.csv`, and in `vtk/` one `.vtu` and one `.vtp` a poke and the
 /// restraint patches.
 ///
 /// `settings` are those that made the fit, by name with unit. The folder should be a staging folder: after an
@@ -28,6 +28,8 @@ pub fn write_fit(
         written.push(path.clone());
         path
     };
+    let page = page(fit, recording, settings)?;
+    write_text(&next("fit.html"), &page)?;
     write_text(&next("fit.json"), &(serde_json::to_string_pretty(&FitDocument::new(fit, settings))? + "\n"))?;
     tables::write_forces(&next("forces.csv"), fit)?;
     tables::write_residuals(&next("residuals.csv"), fit)?;

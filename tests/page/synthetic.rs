@@ -125,14 +125,16 @@ pub(crate) fn fit(recording: &Recording) -> Fit {
     }
 }
 
-/// The same, but with a force that the model does not follow: 30 times the noise while the tip dwells.
+/// The same, but with a force that relaxes while the model's does not: up to 30 times the noise.
 pub(crate) fn unexplained(recording: &Recording) -> Fit {
     let mut fit = fit(recording);
     fit.residual.chi2_per_dof = 16.8;
     for poke in &mut fit.pokes {
         poke.chi2_per_value = 4.0 * f64::from(poke.number);
+        let start_s = poke.samples[0].time_s;
         for sample in &mut poke.samples {
-            sample.measured_n[2] += 0.18 * (1.0 - (-(sample.time_s % 9.0) / 2.0).exp());
+            let relaxed = 0.3 * (1.0 - (-(sample.time_s - start_s) / 2.0).exp());
+            sample.measured_n[2] -= relaxed * sample.modelled_n[2];
         }
     }
     fit

@@ -1,0 +1,90 @@
+//! What the page's plots are drawn from: force against depth and time, residuals by poke.
+//!
+//! Lengths leave here in millimetres or micrometres, forces in newtons, force residuals in millinewtons.
+
+use super::scene::rounded;
+use super::thin::thin;
+use crate::geometry::Vec3;
+use crate::inverse::{Fit, PokeView, Sample};
+use crate::observation::Recording;
+use serde::Serialize;
+
+/// Samples drawn for one poke at most.
+const DRAWN: usize = 600;
+
+/// Everything that is plotted.
+#[derive(Serialize)]
+pub(super) struct Series {
+    pokes: Vec<PokeSeries>,
+    /// One standard deviation of the force (mN).
+    force_sd_mn: [f64; 3],
+    /// Root mean square length of a marker's noise (µm).
+    marker_length_sd_um: f64,
+    chi2_per_dof_limit: f64,
+}
+
+#[derive(Serialize)]
+struct PokeSeries {
+    number: u32,
+    chi2_per_value: f64,
+    t_s: Vec<f64>,
+    /// Depth of the tip (mm); absent when no stage was recorded.
+    depth_mm: Option<Vec<f64>>,
+    /// Force along the poke's direction (N).
+    measured_n: Vec<f64>,
+    model_n: Vec<f64>,
+    /// Measured less modelled along x, y, z (mN).
+    residual_mn: [Vec<f64>; 3],
+    marker: Vec<u32>,
+    /// Length of each marker's residual (µm).
+    marker_residual_um: Vec<f64>,
+}
+
+impl Series {
+    pub(super) fn new(fit: &Fit, recording: &Recording) -> Self {
+        let staged = recording.stage.is_some();
+        Self {
+            pokes: fit.pokes.iter().map(|p| PokeSeries::new(p, staged)).collect(),
+            force_sd_mn: recording.noise.force_n.map(|sd| sd * 1e3),
+            marker_length_sd_um: Vec3::from(recording.noise.marker_m).norm() * 1e6,
+            chi2_per_dof_limit: fit.residual.chi2_per_dof_limit,
+        }
+    }
+}
+
+impl PokeSeries {
+    fn new(poke: &PokeView, staged: bool) -> Self {
+        let samples = &poke.samples;
+        let along = |force: [f64; 3]| Vec3::from(force).dot(&poke.direction);
+        let residual = |s: &Sample, axis: usize| s.measured_n[axis] - s.modelled_n[axis];
+        let kept = thin(
+            samples.len(),
+            DRAWN,
+            &[
+                &|i| residual(&samples[i], 0),
+                &|i| residual(&samples[i], 1),
+                &|i| residual(&samples[i], 2),
+                &|i| along(samples[i].measured_n),
+                &|i| samples[i].depth_m,
+            ],
+        );
+        let column = |per_unit: f64, of: &dyn Fn(&Sample) -> f64| -> Vec<f64> {
+            kept.iter().map(|&i| rounded(of(&samples[i]), per_unit)).collect()
+        };
+        Self {
+            number: poke.number,
+            chi2_per_value: poke.chi2_per_value,
+            t_s: column(1e3, &|s| s.time_s),
+            depth_mm: staged.then(|| column(1e4, &|s| s.depth_m * 1e3)),
+            measured_n: column(1e5, &|s| along(s.measured_n)),
+            model_n: column(1e5, &|s| along(s.modelled_n)),
+            residual_mn: [0, 1, 2].map(|axis| column(1e3, &|s| residual(s, axis) * 1e3)),
+            marker: poke.markers.iter().map(|m| m.number).collect(),
+            marker_residual_um: poke
+                .markers
+                .iter()
+                .map(|m| rounded((m.measured_m - m.modelled_m).norm() * 1e6, 10.0))
+                .collect(),
+        }
+    }
+}
