@@ -155,3 +155,26 @@ fn deviation(sd: f64, scale: f64, unit: &str) -> String {
 fn decimals(sd: f64) -> usize {
     if sd.is_finite() && sd > 0.0 { (1.0 - sd.log10().floor()).clamp(0.0, 9.0) as usize } else { 4 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_have_the_digits_of_their_deviation() {
+        let estimate = Estimate { value: 10_482.0, sd: 51.0 };
+        assert_eq!(modulus(&estimate), "10.482 ± 0.051 kPa");
+        assert_eq!(modulus_interval([10_398.12, 10_565.88], &estimate), "10.398 to 10.566 kPa");
+        assert_eq!(modulus_sd(38.2, estimate.value), "0.038 kPa");
+        assert_eq!(stiffness_interval(&Estimate { value: 2.0, sd: 3.0 }), "0.0 to 6.9 N/m");
+        assert_eq!(stiffness_sd(230.4), "230 N/m");
+    }
+
+    #[test]
+    fn what_is_not_determined_is_said_so() {
+        assert_eq!(modulus(&Estimate { value: f64::NAN, sd: 1.0 }), "not determined");
+        let loose = Estimate { value: 800.0, sd: f64::INFINITY };
+        assert_eq!(modulus(&loose), "800.0000 Pa, deviation not determined");
+        assert_eq!(modulus_interval([f64::NEG_INFINITY, f64::INFINITY], &loose), "not determined");
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::synthetic;
 use phantom_rig::inverse::{Fit, FitMethod, PatchKind};
-use phantom_rig::report::{ReportError, to_json, write_fit};
+use phantom_rig::report::{ReportError, Verdict, finding, to_json, trust, verdict, write_fit};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 use std::fs;
@@ -147,4 +147,45 @@ fn a_folder_that_does_not_exist_is_named() {
     let folder = tempfile::tempdir().expect("a folder").path().join("absent");
     let error = write_fit(&folder, &fit, &recording, &settings()).expect_err("no such folder");
     assert!(error.to_string().contains("absent"), "{error}");
+}
+
+/// Maps are seeded anew at every use, so that an order left to one of them would differ between two writings.
+#[test]
+fn the_same_fit_leaves_the_same_bytes() {
+    let (recording, fit) = example();
+    let write = || {
+        let folder = tempfile::tempdir().expect("a folder");
+        let written = write_fit(folder.path(), &fit, &recording, &settings()).expect("written");
+        written.iter().map(|p| fs::read(p).expect("readable")).collect::<Vec<_>>()
+    };
+    assert!(write() == write(), "two writings differ");
+}
+
+/// The residual is judged by the root mean square: χ² of 16.8 per degree of freedom is 4.1 times the noise.
+#[test]
+fn the_headline_says_what_was_found_and_how_far_to_trust_it() {
+    let (_, mut fit) = example();
+    assert_eq!(
+        finding(&fit),
+        "Young’s modulus 10.482 ± 0.051 kPa; 2 restraint patches, together 124.3 ± 3.1 N/m, and 1 glued patch"
+    );
+    assert_eq!(verdict(&fit), Verdict::Explained);
+    assert_eq!(trust(&fit), "The model explains the recording down to the noise.");
+    fit.patches.truncate(1);
+    assert!(finding(&fit).ends_with("; 1 restraint patch of 124.3 ± 3.1 N/m"));
+    fit.patches.clear();
+    assert!(finding(&fit).ends_with("; no restraint found"));
+
+    fit.residual.chi2_per_dof = fit.residual.chi2_per_dof_limit + 1e-6;
+    assert!(matches!(verdict(&fit), Verdict::Unexplained(_)), "just above the limit");
+    fit.residual.chi2_per_dof = 16.8;
+    let said = trust(&fit);
+    assert!(said.contains("4.1 × what noise would leave: the model is missing something"), "{said}");
+    assert!(said.contains("10.48 ± 0.21 kPa"), "51 Pa widened 4.1 times: {said}");
+
+    fit.residual.chi2_per_dof = 0.25;
+    assert_eq!(verdict(&fit), Verdict::NoiseOverstated(0.5));
+    assert!(trust(&fit).contains("only 0.50 × the stated noise"));
+    fit.residual.chi2_per_dof = f64::NAN;
+    assert_eq!(verdict(&fit), Verdict::Unjudged);
 }

@@ -106,6 +106,13 @@ mod tests {
     }
 
     #[test]
+    fn the_page_names_no_address() {
+        for text in SCRIPTS.iter().chain([&TEMPLATE, &STYLE]) {
+            assert!(!text.contains("://") && !text.contains("src=") && !text.contains("@import"), "{text}");
+        }
+    }
+
+    #[test]
     fn data_cannot_end_its_block() {
         let block = json_block(&"</script><!--").expect("JSON");
         assert!(!block.contains('<'));

@@ -3,9 +3,9 @@
 const scene = JSON.parse(document.getElementById('scene-data').textContent);
 const chosen = {poke: 0, exaggeration: scene.displacement_factor, magnification: scene.residual_factor, camera: 'above'};
 const cameras = {
-  above: {eye: {x: -0.62, y: -1.72, z: 1.15}, center: {x: 0.04, y: 0, z: -0.1}, up: {x: 0, y: 0, z: 1}},
+  above: {eye: {x: -0.66, y: -1.8, z: 1.2}, center: {x: -0.04, y: 0, z: -0.06}, up: {x: 0, y: 0, z: 1}},
   side: {eye: {x: 0, y: -2.1, z: 0.15}, up: {x: 0, y: 0, z: 1}},
-  below: {eye: {x: -0.62, y: -1.72, z: -1.15}, center: {x: 0.04, y: 0, z: 0.05}, up: {x: 0, y: 0, z: 1}},
+  below: {eye: {x: -0.66, y: -1.8, z: -1.2}, center: {x: -0.04, y: 0, z: 0}, up: {x: 0, y: 0, z: 1}},
 };
 
 // Columns of rest positions (mm) moved by `factor` times a displacement (µm).
@@ -70,7 +70,9 @@ function residuals(poke) {
   const heads = moved(feet, poke.marker_residual_um, chosen.magnification);
   const r = poke.marker_residual_um, lines = {};
   for (const a of ['x', 'y', 'z']) lines[a] = feet[a].flatMap((v, i) => [v, heads[a][i], null]);
-  const text = poke.marker.map((m, i) => 'marker ' + m + ': residual ' + Math.hypot(r.x[i], r.y[i], r.z[i]).toFixed(0) + ' µm');
+  const [sx, sy, sz] = scene.marker_sd_um;
+  const text = poke.marker.map((m, i) => 'marker ' + m + ': residual ' + Math.hypot(r.x[i], r.y[i], r.z[i]).toFixed(0) + ' µm, rms ' +
+    (Math.hypot(r.x[i] / sx, r.y[i] / sy, r.z[i] / sz) / Math.sqrt(3)).toFixed(1) + ' sd of the noise');
   return [
     {type: 'scatter3d', mode: 'markers', ...feet, marker: {size: 2.2, color: colour('ink')}, hoverinfo: 'text', hovertext: text},
     {type: 'scatter3d', mode: 'lines', ...lines, line: {color: colour('model'), width: 4}, hoverinfo: 'skip'},
@@ -94,10 +96,11 @@ function drawPhantom() {
 
 function legend() {
   const key = (name, kind, text) => ' <span class="key"><span class="swatch ' + kind + '" style="background:' + colour(name) + '"></span>' + text + '</span>';
-  const ten = (10 / chosen.magnification * 1e3).toPrecision(2) * 1;
+  const ten = 10 / chosen.magnification, length = ten < 1 ? (ten * 1e3).toPrecision(2) * 1 + ' µm' : ten.toPrecision(2) * 1 + ' mm';
+  const poke = scene.pokes[chosen.poke];
   document.getElementById('phantom-legend').innerHTML =
-    'Displacements drawn × ' + chosen.exaggeration + ', residuals × ' + chosen.magnification + '.' +
-    key('model', 'line', 'marker residual (10 mm drawn is ' + ten + ' µm)') + key('ink', 'round', 'marker, tip') +
+    'Poke ' + poke.number + ' at its deepest, ' + poke.deepest_s.toFixed(2) + ' s. Displacements drawn × ' + chosen.exaggeration + ', residuals × ' + chosen.magnification + '.' +
+    key('model', 'line', 'marker residual (10 mm drawn is ' + length + ')') + key('ink', 'round', 'marker, tip') +
     key('patch', 'round', 'spring patch') + key('glue', 'round', 'glued patch') +
     key('fixed', '', 'fixed surface') + key('search', '', 'searched surface');
 }

@@ -4,7 +4,7 @@ const series = JSON.parse(document.getElementById('series-data').textContent);
 
 // One small plot a poke, all with the same axes.
 function drawForce() {
-  const node = document.getElementById('force'), columns = node.clientWidth > 900 ? 4 : 2;
+  const node = document.getElementById('force'), wide = node.clientWidth > 900, columns = wide ? (series.pokes.length > 12 ? 6 : 4) : 3;
   const rows = Math.max(1, Math.ceil(series.pokes.length / columns));
   const layout = Object.assign(baseLayout(), {
     grid: {rows, columns, pattern: 'independent', xgap: 0.05, ygap: 0.22},
@@ -76,7 +76,7 @@ function drawMarkerResidual() {
 function drawChi2() {
   const values = series.pokes.map(p => p.chi2_per_value);
   const bars = {type: 'bar', x: values.map((_, i) => i), y: values, marker: {color: colour('measured')}, width: 0.6,
-    text: values.map(v => v === null ? 'n/a' : v.toPrecision(3)), textposition: 'outside', cliponaxis: false, hovertemplate: '%{y:.3f}<extra></extra>'};
+    text: values.length > 12 ? [] : values.map(v => v === null ? 'n/a' : v.toPrecision(3)), textposition: 'outside', cliponaxis: false, hovertemplate: '%{y:.3f}<extra></extra>'};
   const layout = Object.assign(baseLayout(), {xaxis: pokeAxis(), yaxis: axis('χ² per value', {rangemode: 'tozero', range: [0, 1.15 * Math.max(1.2, ...values)]}), shapes: [across(1)]});
   return Plotly.react(document.getElementById('chi2'), [bars], layout, config);
 }

@@ -41,6 +41,8 @@ pub(super) struct Scene {
 #[derive(Serialize)]
 struct PokeScene {
     number: u32,
+    /// The instant shown (s).
+    deepest_s: f64,
     /// Displacement of the surface nodes (µm).
     displacement_um: Columns,
     tip: DiscScene,
@@ -187,6 +189,7 @@ impl PokeScene {
         let residuals: Vec<Vec3> = markers.iter().map(|m| m.measured_m - m.modelled_m).collect();
         Self {
             number: poke.number,
+            deepest_s: poke.deepest_s,
             displacement_um: micrometres(skin.origin.iter().map(|&n| &poke.node_displacement_m[n])),
             tip: skin.disc(&poke.site_m, poke.radius_m, Some(-poke.direction)),
             marker: markers.iter().map(|m| m.number).collect(),
@@ -237,4 +240,64 @@ pub(super) fn rounded(value: f64, per_unit: f64) -> f64 {
 fn sorted(mut triangle: [u32; 3]) -> [u32; 3] {
     triangle.sort_unstable();
     triangle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Block, block};
+
+    fn slab() -> TetMesh {
+        let mut mesh = block(&Block { size_m: [0.06, 0.04, 0.02], cells: [6, 4, 2] }).expect("a block");
+        let bottom = mesh.surfaces.remove("z-").expect("a bottom");
+        let (fixed, search) =
+            bottom.into_iter().partition(|&t| mesh.triangle(t).0.iter().all(|p| p.x < 0.031));
+        mesh.surfaces = [("fixed".to_owned(), fixed), ("search".to_owned(), search)].into();
+        mesh
+    }
+
+    #[test]
+    fn the_skin_is_the_closed_surface_with_its_groups() {
+        let mesh = slab();
+        let skin = Skin::new(&mesh).expect("a skin");
+        // All 7 × 5 × 3 nodes but the 5 × 3 × 1 inside; two triangles for each square of the surface.
+        assert_eq!(skin.nodes.len(), 7 * 5 * 3 - 5 * 3);
+        let count = |name| skin.triangles[name][0].len();
+        assert_eq!(count("fixed"), 2 * 3 * 4);
+        assert_eq!(count("search"), 2 * 3 * 4);
+        assert_eq!(count("free"), 2 * (6 * 4 + 2 * 6 * 2 + 2 * 4 * 2));
+        assert!((skin.diagonal() - Vec3::new(0.06, 0.04, 0.02).norm()).abs() < 1e-15);
+        // Gauss: the volume of a body is a third of the flux of the position through its surface.
+        let volume: f64 = skin
+            .triangles
+            .values()
+            .flat_map(|[i, j, k]| i.iter().zip(j).zip(k))
+            .map(|((&i, &j), &k)| {
+                let [a, b, c] = [i, j, k].map(|n| skin.nodes[n as usize]);
+                a.dot(&b.cross(&c)) / 6.0
+            })
+            .sum();
+        assert!((volume / mesh.volume() - 1.0).abs() < 1e-12, "{volume}");
+        for (node, &origin) in skin.nodes.iter().zip(&skin.origin) {
+            assert_eq!(*node, mesh.nodes[origin]);
+        }
+    }
+
+    #[test]
+    fn a_disc_lies_in_the_surface_over_its_node() {
+        let skin = Skin::new(&slab()).expect("a skin");
+        let centre = Vec3::new(0.041, 0.019, 0.0);
+        let disc = skin.disc(&centre, 0.005, None);
+        assert!((skin.nodes[disc.node] - Vec3::new(0.04, 0.02, 0.0)).norm() < 1e-12);
+        assert!((Vec3::from(disc.normal) + Vec3::z()).norm() < 1e-12, "outward is down: {:?}", disc.normal);
+        for span in disc.span {
+            assert!(Vec3::from(span).z.abs() < 1e-12);
+        }
+        assert_eq!((disc.centre_mm, disc.radius_mm), ([41.0, 19.0, 0.0], 5.0));
+    }
+
+    #[test]
+    fn patches_are_named_like_columns() {
+        assert_eq!([0, 1, 25, 26].map(patch_label), ["A", "B", "Z", "27"]);
+    }
 }

@@ -20,7 +20,6 @@ pub(super) struct Series {
     force_sd_mn: [f64; 3],
     /// Root mean square length of a marker's noise (µm).
     marker_length_sd_um: f64,
-    chi2_per_dof_limit: f64,
 }
 
 #[derive(Serialize)]
@@ -47,7 +46,6 @@ impl Series {
             pokes: fit.pokes.iter().map(|p| PokeSeries::new(p, staged)).collect(),
             force_sd_mn: recording.noise.force_n.map(|sd| sd * 1e3),
             marker_length_sd_um: Vec3::from(recording.noise.marker_m).norm() * 1e6,
-            chi2_per_dof_limit: fit.residual.chi2_per_dof_limit,
         }
     }
 }
@@ -86,5 +84,43 @@ impl PokeSeries {
                 .map(|m| rounded((m.measured_m - m.modelled_m).norm() * 1e6, 10.0))
                 .collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A poke along −z: pushing down is a positive force along it, and the thinned plot keeps its peak.
+    #[test]
+    fn forces_are_along_the_poke_and_peaks_stay() {
+        let sample = |i: u32| {
+            let peak = if i == 1234 { 0.5 } else { 0.0 };
+            let modelled_n = [0.0, 0.0, -0.1];
+            Sample {
+                time_s: f64::from(i) * 1e-3,
+                depth_m: 2e-3,
+                measured_n: [0.001, 0.002, -0.1 - peak],
+                modelled_n,
+            }
+        };
+        let poke = PokeView {
+            number: 3,
+            site_m: Vec3::zeros(),
+            direction: -Vec3::z(),
+            radius_m: 0.008,
+            deepest_s: 0.0,
+            node_displacement_m: Vec::new(),
+            markers: Vec::new(),
+            samples: (0..5000).map(sample).collect(),
+            chi2_per_value: 1.0,
+        };
+        let drawn = PokeSeries::new(&poke, true);
+        assert!(drawn.t_s.len() <= DRAWN && drawn.t_s.len() > 100, "{} drawn", drawn.t_s.len());
+        let at = drawn.t_s.iter().position(|&t| t == 1.234).expect("the peak");
+        assert_eq!((drawn.measured_n[at], drawn.model_n[at]), (0.6, 0.1));
+        assert_eq!([0, 1, 2].map(|axis| drawn.residual_mn[axis][at]), [1.0, 2.0, -500.0]);
+        assert_eq!(drawn.depth_mm.as_ref().map(|d| d[at]), Some(2.0));
+        assert!(PokeSeries::new(&poke, false).depth_mm.is_none());
     }
 }

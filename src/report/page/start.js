@@ -34,7 +34,7 @@ addEventListener('beforeprint', () => {
   setTheme('light');
   drawAll();
   for (const plot of document.querySelectorAll('.plot')) {
-    Plotly.relayout(plot, plot.id === 'phantom' ? {width: 690, height: 390} : {width: 690});
+    Plotly.relayout(plot, plot.id === 'phantom' ? {width: 690, height: 350} : {width: 690});
     copyForPaper(plot);
   }
 });
