@@ -3,6 +3,7 @@
 //! Symbols: `u` displacement (m), `E` Young's modulus (Pa), `ν` Poisson's ratio, `λ`, `μ` Lamé's constants,
 //! `K₁` stiffness for `E = 1`, `C` compliance for `E = 1` (m·Pa/N = 1/m).
 
+mod discretise;
 mod elasticity;
 mod element;
 mod error;
@@ -12,6 +13,7 @@ mod near;
 mod space;
 mod spot;
 
+pub use discretise::{Discretisation, Resolution, discretise};
 pub use elasticity::{cell_stiffness, lame, stress};
 pub use element::{
     Order, TET_EDGES, TRIANGLE_EDGES, barycentric_gradients, gauss_legendre, tet_quadrature,

@@ -59,17 +59,8 @@ impl Spot {
         let disc = Disc { centre: point.position, normal: space.face_triangle(nearest).normal(), radius };
         let mut weights: [Functional; 3] = Default::default();
         let (mut area, mut flat_area) = (0.0, 0.0);
-        for face in 0..space.faces().len() {
+        for face in under(space, &disc) {
             let triangle = space.face_triangle(face);
-            // The far side of a thin body is not under the disc.
-            let height = triangle
-                .0
-                .iter()
-                .map(|p| (p - disc.centre).dot(&disc.normal).abs())
-                .fold(f64::INFINITY, f64::min);
-            if height > radius || triangle.normal().dot(&disc.normal) < 0.5 {
-                continue;
-            }
             let nodes = space.face_nodes(face);
             let mut shape = [0.0; 6];
             for p in disc.quadrature(&triangle) {
@@ -99,6 +90,38 @@ impl Spot {
         let behind = space.nodes().iter().all(|p| (p - disc.centre).dot(&disc.normal) <= FLAT * radius);
         let flat = behind && (flat_area / disc.area() - 1.0).abs() < 1e-6;
         Ok(Self { weights, kind: SpotKind::Disc { disc, covered: area / disc.area(), flat } })
+    }
+
+    /// How the mean over this disc changes as the disc is moved along `tangent` (a unit vector in its plane):
+    /// weights on the displacement components, for each axis. `∂/∂s mean(u) = mean(∂u/∂s)`, with the slope of
+    /// the elements under the disc. Empty for a marker.
+    pub fn slope(&self, space: &Space, tangent: &Vec3) -> [Functional; 3] {
+        let mut weights: [Functional; 3] = Default::default();
+        let Some((disc, _)) = self.as_disc() else { return weights };
+        let mut area = 0.0;
+        for face in under(space, &disc) {
+            let triangle = space.face_triangle(face);
+            let cell = space.faces()[face].cell;
+            let corners = space.corners(cell);
+            let (gradient, _) = barycentric_gradients(&corners);
+            for p in disc.quadrature(&triangle) {
+                let at = std::array::from_fn(|i| {
+                    gradient[i].dot(&(p.position - corners[0])) + f64::from(u8::from(i == 0))
+                });
+                area += p.weight;
+                for (&node, g) in space.cell(cell).iter().zip(space.order().cell_gradient(at, &gradient)) {
+                    let along = p.weight * g.dot(tangent);
+                    for (i, w) in weights.iter_mut().enumerate() {
+                        w.push((3 * node + i as u32, along));
+                    }
+                }
+            }
+        }
+        for w in &mut weights {
+            gather(w);
+            w.iter_mut().for_each(|(_, x)| *x /= area);
+        }
+        weights
     }
 
     /// A marker at `rest` (m), attached to the nearest point of the named surface. Its offset from there turns
@@ -164,6 +187,18 @@ impl Spot {
     }
 }
 
+/// Boundary faces that may lie under a disc: near its plane, facing its way, within reach of its rim.
+fn under(space: &Space, disc: &Disc) -> impl Iterator<Item = usize> {
+    (0..space.faces().len()).filter(move |&face| {
+        let triangle = space.face_triangle(face);
+        let arm = triangle.0.map(|p| p - disc.centre);
+        let reach = arm.iter().map(|a| (a - arm[0]).norm()).fold(0.0, f64::max) + disc.radius;
+        arm[0].norm() <= reach
+            && arm.iter().any(|a| a.dot(&disc.normal).abs() <= disc.radius)
+            && triangle.normal().dot(&disc.normal) >= 0.5
+    })
+}
+
 /// Adds up weights on the same component; drops zeros.
 fn gather(functional: &mut Functional) {
     functional.sort_unstable_by_key(|&(c, _)| c);
@@ -212,6 +247,22 @@ mod tests {
             let exact = Vec3::new(1.0 + x, y * y + second, x * y + 3.0 * (x * x + second));
             assert!((spot.of(&u) - exact).norm() < 1e-12);
         }
+    }
+
+    /// Moving the disc changes its mean by the slope: exact where the field is quadratic.
+    #[test]
+    fn the_slope_is_the_derivative_of_the_mean() {
+        let (_, space) = slab(Order::P2);
+        let on: Vec<usize> = space.surface("z+").to_vec();
+        let u = field(&space, |p| Vec3::new(1.0 + p.x, p.y * p.y, p.x * p.y + 3.0 * p.x * p.x));
+        let centre = Vec3::new(0.0314, 0.0517, 0.025);
+        let spot = Spot::disc(&space, &on, &centre, 0.005).expect("on the surface");
+        let slope =
+            |t: &Vec3| spot.slope(&space, t).map(|w| w.iter().map(|&(c, w)| w * u[c as usize]).sum::<f64>());
+        let along_x = Vec3::from(slope(&Vec3::x()));
+        let along_y = Vec3::from(slope(&Vec3::y()));
+        assert!((along_x - Vec3::new(1.0, 0.0, centre.y + 6.0 * centre.x)).norm() < 1e-11);
+        assert!((along_y - Vec3::new(0.0, 2.0 * centre.y, centre.x)).norm() < 1e-11);
     }
 
     #[test]
