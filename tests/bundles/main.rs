@@ -1,0 +1,6 @@
+//! Bundles: the practice recordings read and survive being written, every refusal names its place, and no
+//! mesh file crashes a parser.
+
+mod fixture;
+mod practice;
+mod round_trip;
