@@ -46,7 +46,7 @@ impl<'a> Body<'a> {
                     site_m: poke.site.into(),
                     distance_m,
                     radius_m: poke.radius_m,
-                    suspected: self.unit_mistake(file, "the sites", fits),
+                    suspected: self.unit_mistake(file, "the sites", distance_m, fits),
                 });
             }
         }
@@ -76,7 +76,7 @@ impl<'a> Body<'a> {
                     rest_m: (*rest_position).into(),
                     distance_m,
                     limit_m,
-                    suspected: self.unit_mistake(file, "the marker positions", fits),
+                    suspected: self.unit_mistake(file, "the marker positions", distance_m, fits),
                 });
             }
         }
@@ -93,30 +93,36 @@ impl<'a> Body<'a> {
 
     /// Says which file has probably been written in which unit, when one factor makes every point of the other
     /// file fit. Of the two files the one is blamed whose lengths are not those of a bench.
-    fn unit_mistake(&self, file: &Path, points: &str, fits: impl Fn(f64) -> bool) -> Option<String> {
+    ///
+    /// Points that would have to shrink must be farther off than the body is large: near the body any points
+    /// fit when they are shrunk to the origin.
+    fn unit_mistake(
+        &self,
+        file: &Path,
+        points: &str,
+        distance_m: f64,
+        fits: impl Fn(f64) -> bool,
+    ) -> Option<String> {
+        let far = distance_m > self.diagonal_m;
         let plausible_mesh = BENCH_SIZES_M.contains(&self.diagonal_m);
-        for (metres, unit) in UNITS {
-            if plausible_mesh && fits(metres) {
-                return Some(format!("{points} in {} are in {unit}; expected metres", file.display()));
-            }
-            if fits(1.0 / metres) {
-                return Some(format!(
-                    "the mesh {} is in {unit} (its diagonal is {} long; {points} in {} fit it when multiplied by {}); expected metres",
-                    self.mesh_file.display(),
+        let (file, mesh) = (file.display(), self.mesh_file.display());
+        UNITS.into_iter().find_map(|(metres, unit)| {
+            if far && fits(metres) {
+                Some(if plausible_mesh {
+                    format!("{points} in {file} are in {unit}; expected metres")
+                } else {
+                    format!("{points} in {file} and the mesh {mesh} are in different units: times {metres} they fit")
+                })
+            } else if fits(1.0 / metres) {
+                Some(format!(
+                    "the mesh {mesh} is in {unit} (its diagonal is {}, and {points} in {file} fit it when multiplied by {}); expected metres",
                     self.diagonal_m,
-                    file.display(),
                     1.0 / metres
-                ));
+                ))
+            } else {
+                None
             }
-            if fits(metres) {
-                return Some(format!(
-                    "{points} in {} and the mesh {} are in different units: a factor {metres} ({unit}) makes them fit",
-                    file.display(),
-                    self.mesh_file.display()
-                ));
-            }
-        }
-        None
+        })
     }
 }
 

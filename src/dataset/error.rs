@@ -304,7 +304,7 @@ pub enum DatasetError {
     },
     /// A site away from the phantom.
     #[error(
-        "{}, row {row}, columns site_x_m, site_y_m, site_z_m: the site {site_m:?} m of poke {poke} lies {distance_m} m from the mesh surface; expected at most its radius, {radius_m} m{}",
+        "{}, row {row}, columns site_x_m, site_y_m, site_z_m: the site {site_m:?} m of poke {poke} lies {distance_m:.6} m from the mesh surface; expected at most its radius, {radius_m} m{}",
         file.display(), suspicion(.suspected)
     )]
     SiteOffSurface {
@@ -343,7 +343,7 @@ pub enum DatasetError {
     },
     /// A marker away from the phantom.
     #[error(
-        "{}, row {row}, columns x_m, y_m, z_m: marker {marker} rests at {rest_m:?} m, {distance_m} m from the surface \"observed\"; expected at most {limit_m} m ([markers] max_standoff_m){}",
+        "{}, row {row}, columns x_m, y_m, z_m: marker {marker} rests at {rest_m:.6?} m, {distance_m:.6} m from the surface \"observed\"; expected at most {limit_m} m ([markers] max_standoff_m){}",
         file.display(), suspicion(.suspected)
     )]
     MarkerOffSurface {

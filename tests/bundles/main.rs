@@ -3,4 +3,5 @@
 
 mod fixture;
 mod practice;
+mod refusals;
 mod round_trip;
