@@ -187,6 +187,8 @@ fn a_meagre_fit_still_makes_a_page() {
     let Some((mut browser, _)) = shown("meagre", &fit, &recording) else { return };
     let head = browser.evaluate("document.querySelector('h1').innerText");
     assert_eq!(head, "Young’s modulus 10.4820 kPa, deviation not determined; no restraint found.");
+    let force = browser.evaluate("document.querySelector('h2 ~ #force').parentElement.innerText");
+    assert!(force.as_str().expect("text").starts_with("Force against time, by poke"), "{force}");
     assert_quiet(&browser);
 
     fit.pokes.clear();

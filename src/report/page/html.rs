@@ -33,6 +33,7 @@ pub fn page(fit: &Fit, recording: &Recording, settings: &Map<String, Value>) -> 
     Ok(fill(
         TEMPLATE,
         &[
+            ("across", if recording.stage.is_some() { "depth" } else { "time" }),
             ("recording", &escape(&fit.recording)),
             ("method", method_name(fit.method)),
             ("version", &version),

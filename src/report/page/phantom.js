@@ -3,9 +3,9 @@
 const scene = JSON.parse(document.getElementById('scene-data').textContent);
 const chosen = {poke: 0, exaggeration: scene.displacement_factor, magnification: scene.residual_factor, camera: 'above'};
 const cameras = {
-  above: {eye: {x: -0.66, y: -1.8, z: 1.2}, center: {x: -0.04, y: 0, z: -0.06}, up: {x: 0, y: 0, z: 1}},
+  above: {eye: {x: -0.66, y: -1.8, z: 1.2}, center: {x: 0, y: 0, z: -0.06}, up: {x: 0, y: 0, z: 1}},
   side: {eye: {x: 0, y: -2.1, z: 0.15}, up: {x: 0, y: 0, z: 1}},
-  below: {eye: {x: -0.66, y: -1.8, z: -1.2}, center: {x: -0.04, y: 0, z: 0}, up: {x: 0, y: 0, z: 1}},
+  below: {eye: {x: -0.66, y: -1.8, z: -1.2}, center: {x: 0, y: 0, z: 0}, up: {x: 0, y: 0, z: 1}},
 };
 
 // Columns of rest positions (mm) moved by `factor` times a displacement (µm).
@@ -87,7 +87,7 @@ function drawPhantom() {
   const face = title => ({title: {text: title}, color: colour('quiet'), gridcolor: colour('rule'), showbackground: false, zeroline: false, nticks: 6});
   const layout = Object.assign(baseLayout(), {
     margin: {l: 0, r: 0, t: 0, b: 0},
-    scene: {aspectmode: 'data', camera: cameras[chosen.camera], uirevision: chosen.camera, annotations: labels(poke),
+    scene: {aspectmode: 'data', domain: {x: [0, 0.97], y: [0, 1]}, camera: cameras[chosen.camera], uirevision: chosen.camera, annotations: labels(poke),
       xaxis: face('x, mm'), yaxis: face('y, mm'), zaxis: face('z, mm')},
   });
   legend();
