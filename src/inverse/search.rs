@@ -9,10 +9,10 @@
 use super::error::InverseError;
 use super::forward::{Change, Forward, NewDisc};
 use super::problem::{Linearised, Problem, State};
-use super::refit::{own_compliance, refit};
+use super::refit::refit;
 use super::residual::Whitening;
 use super::restraint::{Mounted, Restraint};
-use crate::fem::{Response, Spot};
+use crate::fem::{Response, Spot, disc_self_compliance};
 use crate::geometry::Vec3;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -158,11 +158,15 @@ pub fn search(
     tell(&at);
     while at.state.patches.len() < MOST_PATCHES {
         let Some((best, promised)) = best_candidate(problem, &at, candidates)? else { break };
-        if promised < 0.5 * WORTHWHILE * unit(&at) {
+        if promised < WORTHWHILE * unit(&at) {
             break;
         }
         let grown = with_patch(problem, &at, candidates[best].centre, patch_radius_m)?;
-        let grown = refit(problem, &grown)?;
+        // A patch that explains nothing wanders: it is given up, not waited for.
+        let grown = match refit(problem, &grown) {
+            Err(InverseError::NotConverged { .. }) => break,
+            other => other?,
+        };
         if at.chi2() - grown.chi2() < WORTHWHILE * unit(&grown) {
             break;
         }
@@ -234,7 +238,7 @@ fn pruned(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseEr
 /// Radii (m) at which a spot that may be glued is tried.
 const GLUE_RADII_M: [f64; 7] = [0.003, 0.005, 0.007, 0.009, 0.012, 0.015, 0.02];
 
-/// A patch this much stiffer than the phantom under it may be glue.
+/// A patch softer than this share of the phantom's local compliance under it (the half-space's) is no glue.
 const NEARLY_GLUE: f64 = 0.4;
 
 /// Replaces stiff patches (with any that sit on the same spot) by glue, where glue explains the recording as well
@@ -243,8 +247,8 @@ pub(super) fn settle_glue(problem: &Problem<'_>, at: Linearised) -> Result<Linea
     let mut at = at;
     for p in 0..MOST_PATCHES {
         let Some(patch) = at.state.patches.get(p) else { break };
-        let disc = at.mounted.groups[p].discs.start;
-        if patch.glued || patch.softness > NEARLY_GLUE * own_compliance(&at, disc) {
+        let local = disc_self_compliance(patch.radius_m, problem.bench.model.poisson_ratio());
+        if patch.glued || patch.softness > NEARLY_GLUE * local[1] {
             continue;
         }
         let centre = patch.centre;
