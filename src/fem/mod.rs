@@ -1,1 +1,3 @@
 //! What the phantom does under a load.
+
+pub mod material;
