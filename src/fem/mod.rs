@@ -5,6 +5,7 @@
 
 mod elasticity;
 mod element;
+pub mod finite;
 pub mod material;
 mod space;
 
