@@ -1,9 +1,9 @@
 //! The bodies that the finite-strain tests deform: blocks, their held components, discs on their top.
 
-use phantom_rig::fem::finite::{Functional, HeldBody, Solid};
+use phantom_rig::fem::finite::{HeldBody, Solid};
 use phantom_rig::fem::material::{Law, Material, Moduli};
-use phantom_rig::fem::{Order, Space};
-use phantom_rig::geometry::{Disc, Vec3};
+use phantom_rig::fem::{Functional, Order, Space, Spot};
+use phantom_rig::geometry::Vec3;
 use phantom_rig::mesh::{Block, TetMesh, block};
 use std::sync::Arc;
 
@@ -44,20 +44,8 @@ pub(crate) fn held(space: &Space, surfaces: &[(&str, usize)]) -> Vec<bool> {
 /// Mean displacement of a disc on the top (`z+`) of a body, by axis.
 pub(crate) fn disc_on_top(space: &Space, x: f64, y: f64, radius: f64) -> [Functional; 3] {
     let top = space.nodes().iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
-    let disc = Disc { centre: Vec3::new(x, y, top), normal: Vec3::z(), radius };
-    let mut weights = vec![0.0; space.nodes().len()];
-    for &face in space.surface("z+") {
-        for point in disc.quadrature(&space.face_triangle(face)) {
-            let shape = space.order().face_shape(point.barycentric);
-            for (&node, n) in space.face_nodes(face).iter().zip(shape) {
-                weights[node as usize] += point.weight * n / disc.area();
-            }
-        }
-    }
-    std::array::from_fn(|i| {
-        let kept = weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
-        kept.map(|(node, &w)| ((3 * node + i) as u32, w)).collect()
-    })
+    let centre = Vec3::new(x, y, top);
+    Spot::disc(space, space.surface("z+"), &centre, radius).expect("on the top").weights
 }
 
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -5,7 +5,8 @@
 //! re-solved equilibria in `tests/verification/finite_sensitivities.rs`.
 
 use super::border::Border;
-use super::{Equilibrium, FiniteError, Functional, HeldBody, Solid, Tie, TieKind};
+use super::{Equilibrium, FiniteError, HeldBody, Solid, Tie, TieKind};
+use crate::fem::Functional;
 use crate::fem::material::Parameter;
 
 /// A parameter θ by which an equilibrium can be differentiated.

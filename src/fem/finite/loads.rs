@@ -2,13 +2,11 @@
 //!
 //! A disc pulls by a uniform traction, whose nodal forces for a unit total force along axis i are the weights of
 //! the functional "mean displacement of the disc along i" (reciprocity). Springs and pads are therefore ties
-//! along a functional; three of them, one an axis, make a patch.
+//! along a functional; three of them, one an axis, make a patch: [`crate::fem::Spot::weights`].
 
 use super::{FiniteError, HeldBody};
+use crate::fem::Functional;
 use crate::geometry::Vec3;
-
-/// Weights on displacement components (`3 n + i`, –) whose sum is a displacement (m).
-pub type Functional = Vec<(u32, f64)>;
 
 /// How a tie pulls.
 #[derive(Debug, Clone, Copy, PartialEq)]

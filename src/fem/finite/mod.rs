@@ -33,6 +33,6 @@ pub use body::HeldBody;
 pub use equilibrium::{Equilibrium, LoadStep};
 pub use error::FiniteError;
 pub use linearisation::{Change, Linearisation, Sensitivity};
-pub use loads::{Functional, Loads, Tie, TieKind};
+pub use loads::{Loads, Tie, TieKind};
 pub use solid::Solid;
 pub use stepping::Controls;
