@@ -39,7 +39,7 @@ pub struct Limit {
     pub modulus_shift: f64,
 }
 
-/// Corrections that promise less than this (in squared standard deviations) are not worth making.
+/// Corrections that promise less than this, in units of what is left per reading, are not worth making.
 const GOOD_ENOUGH: f64 = 1e-3;
 const ITERATIONS: usize = 12;
 
@@ -79,7 +79,7 @@ impl Pair<'_> {
             let gradient = at.jacobian.transpose() * &residual;
             let step = normal.solve(&gradient);
             let promised = step.dot(&gradient);
-            if promised < GOOD_ENOUGH {
+            if promised < GOOD_ENOUGH * (residual.norm_squared() / residual.len() as f64).max(1.0) {
                 let apart =
                     normal.solve(&(at.jacobian.transpose() * (whitening.residual(&finest) - &residual)));
                 let limit = Limit { state, blocks, groups, prediction, residual, modulus_shift: apart[0] };

@@ -8,7 +8,7 @@ use nalgebra::DVector;
 const LONGEST_SHIFT_M: f64 = 6e-3;
 const LONGEST_LOG: f64 = 1.5;
 
-/// A step that promises less than this (in units of one squared standard deviation) is not worth taking.
+/// A step that promises less than this, in units of what is left per reading, is not worth taking.
 const GOOD_ENOUGH: f64 = 1e-3;
 
 const ITERATIONS: usize = 60;
@@ -21,7 +21,7 @@ const STIFFEST: f64 = 1e-4;
 /// Minimises the whitened sum of squares from `start`.
 ///
 /// Damping after Marquardt (1963) on the scaled normal equations, its factor steered by the ratio of actual to
-/// promised gain (Nielsen 1999). Ends when the promised gain is below a thousandth of a squared standard deviation;
+/// promised gain (Nielsen 1999). Ends when the promised gain is below a thousandth of what is left per reading;
 /// running out of iterations before that is an error, not a result.
 pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, InverseError> {
     let mut at = problem.linearise(start)?;
@@ -51,7 +51,8 @@ pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, Inverse
             .fold(1.0, f64::max);
         step /= longest;
         let promised = 2.0 * step.dot(&gradient) - (&normal * &step).dot(&step);
-        if promised < GOOD_ENOUGH {
+        let enough = GOOD_ENOUGH * unit(&at);
+        if promised < enough {
             return Ok(at);
         }
         let tried = problem.linearise(&bounded(problem.moved(&at, &step), &at))?;
@@ -62,7 +63,7 @@ pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, Inverse
             damping = (damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0)).max(1e-9);
             growth = 2.0;
             at = tried;
-            if gain < GOOD_ENOUGH {
+            if gain < enough {
                 return Ok(at);
             }
         } else {
@@ -75,6 +76,12 @@ pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, Inverse
         }
     }
     Err(InverseError::NotConverged { iterations: ITERATIONS, last_gain, misfit: at.chi2() })
+}
+
+/// What is left per reading, never less than the noise: the unit in which gains are judged.
+pub(super) fn unit(at: &Linearised) -> f64 {
+    let freedom = at.residual.len().saturating_sub(at.parameters.len()).max(1);
+    (at.chi2() / freedom as f64).max(1.0)
 }
 
 /// Keeps every softness between glue and absence.

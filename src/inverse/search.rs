@@ -9,7 +9,7 @@
 use super::error::InverseError;
 use super::forward::{Change, Forward, NewDisc};
 use super::problem::{Linearised, Problem, State};
-use super::refit::refit;
+use super::refit::{refit, unit};
 use super::residual::Whitening;
 use super::restraint::{Mounted, Restraint};
 use crate::fem::{Response, Spot, disc_self_compliance};
@@ -138,12 +138,6 @@ pub(super) fn best_candidate(
         .filter(|(_, g)| **g > 0.0)
         .max_by(|a, b| a.1.total_cmp(b.1))
         .map(|(i, g)| (i, *g)))
-}
-
-/// What is left per reading, never less than the noise: the unit in which gains are judged.
-pub(super) fn unit(at: &Linearised) -> f64 {
-    let freedom = at.residual.len().saturating_sub(at.parameters.len()).max(1);
-    (at.chi2() / freedom as f64).max(1.0)
 }
 
 /// Finds modulus and patches from nothing.
