@@ -10,6 +10,7 @@ use super::blocks::Blocks;
 use super::error::InverseError;
 use super::forward::{Forward, Group, Prediction};
 use super::problem::{Linearised, Problem, State};
+use super::refit::{Damping, GOOD_ENOUGH, bounded};
 use super::residual::Whitening;
 use super::restraint::Mounted;
 use crate::fem::Discretisation;
@@ -39,16 +40,27 @@ pub struct Limit {
     pub modulus_shift: f64,
 }
 
-/// Corrections that promise less than this, in units of what is left per reading, are not worth making.
-const GOOD_ENOUGH: f64 = 1e-3;
-const ITERATIONS: usize = 12;
+/// Trials, each of which solves for the patches on both discretisations.
+const TRIALS: usize = 40;
 
 impl Pair<'_> {
-    fn judge(&self, state: &State) -> Result<(Blocks, Vec<Group>, Mounted), InverseError> {
+    /// The extrapolated model's word on a state, and the fine model's alone.
+    fn judge(&self, problem: &Problem<'_>, state: &State) -> Result<(Limit, DVector<f64>), InverseError> {
         let coarse = Mounted::new(&self.coarse.bench, &self.coarse.search, &state.patches)?;
         let fine = Mounted::new(&self.fine.bench, &self.fine.search, &state.patches)?;
         let blocks = coarse.blocks.zip(&fine.blocks, Discretisation::extrapolate);
-        Ok((blocks, fine.groups.clone(), fine))
+        let groups = fine.groups;
+        let predict = |blocks: &Blocks| {
+            Forward::new(blocks, &groups, state.modulus, problem.evidence.driven)
+                .and_then(|forward| forward.predict())
+                .ok_or(InverseError::Undetermined {
+                    why: "the extrapolated compliance is not positive definite",
+                })
+        };
+        let (prediction, finest) = (predict(&blocks)?, predict(&fine.blocks)?);
+        let whitening = Whitening::new(problem.evidence, &prediction);
+        let (residual, finest) = (whitening.residual(&prediction), whitening.residual(&finest));
+        Ok((Limit { state: state.clone(), blocks, groups, prediction, residual, modulus_shift: 0.0 }, finest))
     }
 
     /// Carries `at` to the limit. Returns the state with a Jacobian taken at it on the first discretisation.
@@ -57,37 +69,49 @@ impl Pair<'_> {
         problem: &Problem<'b>,
         mut at: Linearised,
     ) -> Result<(Linearised, Limit), InverseError> {
-        let mut last = f64::INFINITY;
-        for _ in 0..ITERATIONS {
-            let state = at.state.clone();
-            let (blocks, groups, fine) = self.judge(&state)?;
-            let driven = problem.evidence.driven;
-            let predict = |blocks: &Blocks| {
-                Forward::new(blocks, &groups, state.modulus, driven).and_then(|f| f.predict()).ok_or(
-                    InverseError::Undetermined {
-                        why: "the extrapolated compliance is not positive definite",
-                    },
-                )
+        let (mut limit, mut finest) = self.judge(problem, &at.state)?;
+        let mut damping = Damping::default();
+        let mut last_gain = f64::INFINITY;
+        for _ in 0..TRIALS {
+            let trial = damping.step(&at, &limit.residual);
+            let enough = GOOD_ENOUGH * (limit.residual.norm_squared() / limit.residual.len() as f64).max(1.0);
+            let done = |mut limit: Limit, at: Linearised, finest: &DVector<f64>| {
+                let normal = (at.jacobian.transpose() * &at.jacobian).cholesky().ok_or(FLAT)?;
+                limit.modulus_shift =
+                    normal.solve(&(at.jacobian.transpose() * (finest - &limit.residual)))[0];
+                Ok((at, limit))
             };
-            let (prediction, finest) = (predict(&blocks)?, predict(&fine.blocks)?);
-            let whitening = Whitening::new(problem.evidence, &prediction);
-            let residual = whitening.residual(&prediction);
-            let normal =
-                (at.jacobian.transpose() * &at.jacobian).cholesky().ok_or(InverseError::Undetermined {
-                    why: "a direction of the parameters changes no reading",
-                })?;
-            let gradient = at.jacobian.transpose() * &residual;
-            let step = normal.solve(&gradient);
-            let promised = step.dot(&gradient);
-            if promised < GOOD_ENOUGH * (residual.norm_squared() / residual.len() as f64).max(1.0) {
-                let apart =
-                    normal.solve(&(at.jacobian.transpose() * (whitening.residual(&finest) - &residual)));
-                let limit = Limit { state, blocks, groups, prediction, residual, modulus_shift: apart[0] };
-                return Ok((at, limit));
+            let Some((step, promised)) = trial else {
+                damping.refused();
+                continue;
+            };
+            if promised < enough {
+                return done(limit, at, &finest);
             }
-            last = promised;
-            at = problem.linearise(&problem.moved(&at, &step))?;
+            let state = bounded(problem.moved(&at, &step), problem);
+            let (tried, tried_finest) = self.judge(problem, &state)?;
+            let gain = limit.residual.norm_squared() - tried.residual.norm_squared();
+            if gain > 0.0 {
+                last_gain = gain;
+                damping.accepted(gain / promised);
+                at = problem.linearise(&state)?;
+                (limit, finest) = (tried, tried_finest);
+                if gain < enough {
+                    return done(limit, at, &finest);
+                }
+            } else if damping.refused() {
+                // The Jacobian is the first discretisation's: where it promises more than the limit can give,
+                // no step lowers the misfit any more.
+                return done(limit, at, &finest);
+            }
         }
-        Err(InverseError::NotConverged { iterations: ITERATIONS, last_gain: last, misfit: at.chi2() })
+        Err(InverseError::NotConverged {
+            iterations: TRIALS,
+            last_gain,
+            misfit: limit.residual.norm_squared(),
+        })
     }
 }
+
+const FLAT: InverseError =
+    InverseError::Undetermined { why: "a direction of the parameters changes no reading" };

@@ -257,7 +257,8 @@ fn remarks(recording: &Recording, settings: &Settings, fit: &Fit, excess: f64) -
         ));
     }
     for (channel, ratio) in ["force", "marker"].iter().zip(left.rest_noise_over_stated) {
-        if !(0.5..=1.5).contains(&ratio) {
+        // Exactly zero: a channel that was set, not measured.
+        if ratio > 0.0 && !(0.5..=1.5).contains(&ratio) {
             remarks.push(format!(
                 "At rest the {channel} readings scatter {ratio:.2} times as much as stated; the measured noise was used."
             ));
