@@ -3,6 +3,7 @@
 use super::block_mesh::BlockArguments;
 use super::check::CheckArguments;
 use super::completions::CompletionArguments;
+use super::fit::FitArguments;
 use clap::{Parser, Subcommand};
 
 /// Pokes a soft phantom, and finds its Young's modulus and hidden elastic restraint.
@@ -14,6 +15,7 @@ use clap::{Parser, Subcommand};
     after_help = "Exit codes: 0 good; 1 failed, nothing written; 2 usage; 3 finished, but degraded; 130 interrupted.
 
 Examples:
+  phantom-rig fit recordings/practice-01 --out results/01
   phantom-rig check recordings/practice-01
   phantom-rig mesh block --size-mm 150x100x25 --cells 30x20x5 \\
       --fixed 'z-,x<60mm' --search 'z-,x>60mm' --observed z+ slab.msh"
@@ -31,6 +33,7 @@ pub(super) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
+    Fit(FitArguments),
     Check(CheckArguments),
     Mesh(MeshArguments),
     Completions(CompletionArguments),

@@ -2,7 +2,7 @@
 
 use super::arguments::{Cli, Command, Shape};
 use super::staged::clean_up_on_interrupt;
-use super::{Context, Exit, Outcome, Progress, UsageError, block_mesh, check, completions};
+use super::{Context, Exit, Outcome, Progress, UsageError, block_mesh, check, completions, fit};
 use anyhow::Context as _;
 use clap::Parser;
 use std::io::{self, ErrorKind, Write};
@@ -35,6 +35,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
     let progress = Progress::new(cli.quiet || cli.json);
     let context = Context { progress };
     match &cli.command {
+        Command::Fit(arguments) => fit::run(arguments, &context),
         Command::Check(arguments) => check::run(arguments, &context),
         Command::Mesh(arguments) => match &arguments.shape {
             Shape::Block(arguments) => block_mesh::run(arguments, &context),
