@@ -6,7 +6,7 @@
 //! was expected there ([`DatasetError`]). What is allowed but looks like a mistake, such as a length in
 //! millimetres or a noise that the rest interval contradicts, comes back as a [`Suspicion`].
 //!
-//! Meshes are read from Gmsh MSH 2.2 and 4.1 ([`read_mesh`], [`parse_mesh`]); what each
+//! Meshes are read from Gmsh MSH 2.2 and 4.1, legacy VTK and VTU ([`read_mesh`], [`parse_mesh`]); what each
 //! format must hold is written in [`MeshFileError`]'s module and in the parsers. A bundle's mesh is `mesh.msh`;
 //! without it `mesh.vtu`, without that `mesh.vtk`.
 //!
