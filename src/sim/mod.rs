@@ -16,13 +16,16 @@
 
 mod bench;
 mod draw;
+mod equilibrium;
 mod error;
 mod fit_mesh;
 mod hex_mesh;
 mod instruments;
+mod large_strain;
 mod legendre;
 mod linear;
 mod load_path;
+mod neo_hookean;
 mod quadratic;
 mod random;
 mod record;
@@ -32,9 +35,11 @@ mod supports;
 mod timeline;
 mod unknowns;
 #[cfg(test)]
+mod verification_large_strain;
+#[cfg(test)]
 mod verification_linear;
 
-pub use draw::{Draw, Instruments, PokePlan, Wander};
+pub use draw::{Draw, Instruments, Kinematics, PokePlan, Wander};
 pub use error::SimError;
 pub use hex_mesh::Slab;
 pub use random::draw;
