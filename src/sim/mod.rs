@@ -15,6 +15,7 @@
 //! Symbols: `E` Young's modulus (Pa), `K` stiffness, `C` compliance, `u` displacement (m), `ν` Poisson's ratio.
 
 mod bench;
+mod demo;
 mod draw;
 mod equilibrium;
 mod error;
@@ -33,12 +34,14 @@ mod resolution;
 mod seed;
 mod supports;
 mod timeline;
+mod truth;
 mod unknowns;
 #[cfg(test)]
 mod verification_large_strain;
 #[cfg(test)]
 mod verification_linear;
 
+pub use demo::demo;
 pub use draw::{Draw, Instruments, Kinematics, PokePlan, Wander};
 pub use error::SimError;
 pub use hex_mesh::Slab;
@@ -46,3 +49,4 @@ pub use random::draw;
 pub use record::record;
 pub use resolution::Resolution;
 pub use supports::Restraint;
+pub use truth::{TrueRestraint, Truth};
