@@ -3,6 +3,7 @@
 use super::block_mesh::BlockArguments;
 use super::check::CheckArguments;
 use super::completions::CompletionArguments;
+use super::draw::DrawArguments;
 use clap::{Parser, Subcommand};
 
 /// Pokes a soft phantom, and finds its Young's modulus and hidden elastic restraint.
@@ -33,6 +34,7 @@ pub(super) struct Cli {
 pub(super) enum Command {
     Check(CheckArguments),
     Mesh(MeshArguments),
+    Draw(DrawArguments),
     Completions(CompletionArguments),
 }
 

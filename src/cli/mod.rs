@@ -22,6 +22,7 @@ mod block_mesh;
 mod check;
 mod check_text;
 mod completions;
+mod draw;
 mod outcome;
 mod progress;
 mod run;
