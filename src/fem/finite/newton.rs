@@ -68,7 +68,7 @@ impl Search<'_> {
         let (body, u) = (self.body, &at.displacement);
         let held_step: Vec<f64> = self.held_steps(at).collect();
         let linear = body.linear(self.solid, u, &held_step)?;
-        let border = Border::new(body, self.ties, body.factor(&linear.tangent, self.fraction)?)?;
+        let border = Border::new(body, self.ties, linear.tangent, self.fraction)?;
 
         let mut step = vec![0.0; u.len()];
         for (&c, &x) in body.held().iter().zip(&held_step) {
