@@ -14,6 +14,7 @@ mod model;
 mod near;
 mod space;
 mod spot;
+mod wrench;
 
 pub use discretise::{Discretisation, Resolution, discretise};
 pub use elasticity::{cell_stiffness, lame, stress};
@@ -27,3 +28,4 @@ pub use model::{Model, Response};
 pub use near::Near;
 pub use space::{Face, Space};
 pub use spot::{Functional, Spot, SpotKind};
+pub use wrench::wrench_loads;

@@ -2,12 +2,33 @@
 //!
 //! Symbols: `E` Young's modulus (Pa), `k` stiffness of a restraint patch (N/m).
 
+mod blocks;
 mod error;
 mod evidence;
+mod extrapolate;
+mod fit;
+mod forward;
+mod outcome;
+mod problem;
+mod refit;
+mod residual;
+mod restraint;
 mod result;
+mod rows;
+mod search;
+mod view;
 
+pub use blocks::{Bench, Blocks, SiteBlocks, TipResponse};
 pub use error::InverseError;
 pub use evidence::{DRIVE, Drive, DriveTrack, Driven, Evidence, Reading, Site, WEIGHT};
+pub use extrapolate::{Limit, Pair};
+pub use fit::{Progress, Settings, fit};
+pub use forward::{Change, Forward, Group, NewDisc, Prediction, SitePrediction};
+pub use problem::{Linearised, Parameter, Problem, State};
+pub use refit::refit;
+pub use residual::Whitening;
+pub use restraint::{Mounted, Restraint};
 pub use result::{
     Discretisation, Estimate, Fit, FitMethod, MarkerView, Patch, PatchKind, PokeView, Residual, Sample,
 };
+pub use search::{Candidate, candidates, search};
