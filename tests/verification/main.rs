@@ -3,7 +3,10 @@
 
 mod bodies;
 mod finite_closed_forms;
+mod finite_incompressible;
 mod finite_newton;
+mod finite_practice;
 mod finite_sensitivities;
+mod finite_stability;
 mod material_closed_forms;
 mod material_derivatives;
