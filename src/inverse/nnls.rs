@@ -4,7 +4,7 @@
 //! The answer is exact for the support it ends with: on the support (the passive set) the normal equations
 //! hold, off it the gradient points outward. An l1 penalty λ on x ≥ 0 is the same problem with m − λ.
 
-use super::InverseError;
+use super::SolveError;
 use nalgebra::{DMatrix, DVector};
 
 /// Accepted slope of an unknown kept at zero, relative to the greatest |mⱼ|/√Gⱼⱼ.
@@ -29,17 +29,13 @@ pub struct NonNegative {
 /// A column that depends on those of the support, to rounding, stays out.
 ///
 /// # Errors
-/// [`InverseError::NotConverged`] when the active set still changes after 10 n + 50 changes;
-/// [`InverseError::Size`] for sizes that differ.
-pub fn nnls(
-    gram: &DMatrix<f64>,
-    moment: &DVector<f64>,
-    start: &[usize],
-) -> Result<NonNegative, InverseError> {
+/// [`SolveError::NotConverged`] when the active set still changes after 10 n + 50 changes;
+/// [`SolveError::Size`] for sizes that differ.
+pub fn nnls(gram: &DMatrix<f64>, moment: &DVector<f64>, start: &[usize]) -> Result<NonNegative, SolveError> {
     let n = moment.len();
     for found in [gram.nrows(), gram.ncols()] {
         if found != n {
-            return Err(InverseError::Size { what: "the Gram matrix", found, expected: n });
+            return Err(SolveError::Size { what: "the Gram matrix", found, expected: n });
         }
     }
     let norm = |j: usize| gram[(j, j)].max(f64::MIN_POSITIVE).sqrt();
@@ -99,7 +95,7 @@ pub fn nnls(
         }
     }
     let residual = (0..n).map(|j| slopes(&x)[j].max(0.0) / (norm(j) * scale)).fold(0.0, f64::max);
-    Err(InverseError::NotConverged {
+    Err(SolveError::NotConverged {
         method: "the active-set method",
         iterations: limit,
         residual,

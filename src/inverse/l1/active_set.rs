@@ -6,7 +6,7 @@
 //! support. The objective falls at each turn, so that no set of signs comes twice.
 
 use super::{L1Problem, L1Solution, Sign};
-use crate::inverse::{InverseError, nnls};
+use crate::inverse::{SolveError, nnls};
 use nalgebra::{DMatrix, DVector};
 
 /// Accepted [`L1Problem::kkt_residual`].
@@ -18,13 +18,13 @@ const TOLERANCE: f64 = 1e-9;
 /// an interior-point method can be given as it is.
 ///
 /// # Errors
-/// [`InverseError::NotConverged`] when the signs do not settle or the columns are too nearly dependent for
+/// [`SolveError::NotConverged`] when the signs do not settle or the columns are too nearly dependent for
 /// the answer to reach 1e-9.
-pub fn active_set(problem: &L1Problem, start: Option<&DVector<f64>>) -> Result<L1Solution, InverseError> {
+pub fn active_set(problem: &L1Problem, start: Option<&DVector<f64>>) -> Result<L1Solution, SolveError> {
     let n = problem.unknowns();
     let mut y = match start {
         Some(x) if x.len() != n => {
-            return Err(InverseError::Size { what: "the start", found: x.len(), expected: n });
+            return Err(SolveError::Size { what: "the start", found: x.len(), expected: n });
         }
         Some(x) => problem.normalised(x),
         None => DVector::zeros(n),
@@ -52,7 +52,7 @@ pub fn active_set(problem: &L1Problem, start: Option<&DVector<f64>>) -> Result<L
             return Ok(solution);
         }
     }
-    Err(InverseError::NotConverged {
+    Err(SolveError::NotConverged {
         method: "the active-set method",
         iterations: changes,
         residual,

@@ -6,7 +6,7 @@
 //! are, and the stop is the violation of the optimality conditions, not the size of the last step.
 
 use super::{L1Problem, L1Solution};
-use crate::inverse::InverseError;
+use crate::inverse::SolveError;
 use nalgebra::DVector;
 
 /// When coordinate descent ends.
@@ -27,16 +27,16 @@ impl Default for Descent {
 /// Minimises from `start` (n), zero when there is none.
 ///
 /// # Errors
-/// [`InverseError::NotConverged`] when the sweeps run out; [`InverseError::Size`] for a start of another size.
+/// [`SolveError::NotConverged`] when the sweeps run out; [`SolveError::Size`] for a start of another size.
 pub fn coordinate_descent(
     problem: &L1Problem,
     start: Option<&DVector<f64>>,
     stop: &Descent,
-) -> Result<L1Solution, InverseError> {
+) -> Result<L1Solution, SolveError> {
     let n = problem.unknowns();
     let mut y = match start {
         Some(x) if x.len() != n => {
-            return Err(InverseError::Size { what: "the start", found: x.len(), expected: n });
+            return Err(SolveError::Size { what: "the start", found: x.len(), expected: n });
         }
         Some(x) => problem.normalised(x),
         None => DVector::zeros(n),
@@ -72,7 +72,7 @@ pub fn coordinate_descent(
             gradient = &problem.gram * &y - &problem.moment;
         }
     }
-    Err(InverseError::NotConverged {
+    Err(SolveError::NotConverged {
         method: "coordinate descent",
         iterations: stop.sweeps,
         residual: residual.min(problem.solution(&y, stop.sweeps).kkt_residual),

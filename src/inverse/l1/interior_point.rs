@@ -6,7 +6,7 @@
 //! small, not zero; [`super::active_set`] started from its answer makes them zero and proves the support.
 
 use super::{L1Problem, L1Solution, Sign};
-use crate::inverse::InverseError;
+use crate::inverse::SolveError;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::DVector;
@@ -14,8 +14,8 @@ use nalgebra::DVector;
 /// Minimises by an interior-point method, to a relative gap of 1e-10.
 ///
 /// # Errors
-/// [`InverseError::NoCertificate`] when Clarabel stops with anything but `Solved`.
-pub fn interior_point(problem: &L1Problem) -> Result<L1Solution, InverseError> {
+/// [`SolveError::NoCertificate`] when Clarabel stops with anything but `Solved`.
+pub fn interior_point(problem: &L1Problem) -> Result<L1Solution, SolveError> {
     let n = problem.unknowns();
     let (moduli, cone) = match problem.sign {
         Sign::NonNegative => (0, n),
@@ -44,7 +44,7 @@ pub fn interior_point(problem: &L1Problem) -> Result<L1Solution, InverseError> {
         tol_feas: 1e-10,
         ..DefaultSettings::default()
     };
-    let refused = |status: String| InverseError::NoCertificate {
+    let refused = |status: String| SolveError::NoCertificate {
         status,
         iterations: 0,
         primal: f64::NAN,
@@ -58,7 +58,7 @@ pub fn interior_point(problem: &L1Problem) -> Result<L1Solution, InverseError> {
     solver.solve();
     let found = &solver.solution;
     if found.status != SolverStatus::Solved {
-        return Err(InverseError::NoCertificate {
+        return Err(SolveError::NoCertificate {
             status: format!("{:?}", found.status),
             iterations: found.iterations as usize,
             primal: found.r_prim,

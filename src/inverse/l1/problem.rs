@@ -5,7 +5,7 @@
 //! penalties are λⱼ / (‖aⱼ‖ s). What is called a residual below is therefore free of units, whatever they
 //! were (compliances of 1e-6 m/N and forces of 1 N, say).
 
-use crate::inverse::InverseError;
+use crate::inverse::SolveError;
 use nalgebra::{DMatrix, DVector};
 
 /// Which signs the unknowns may have.
@@ -52,15 +52,15 @@ impl L1Problem {
     /// The problem with matrix `a` (m × n), right-hand side `b` (m) and penalties `lambda` (n, not negative).
     ///
     /// # Errors
-    /// [`InverseError::Size`] and [`InverseError::BadValue`].
+    /// [`SolveError::Size`] and [`SolveError::BadValue`].
     pub fn new(
         a: &DMatrix<f64>,
         b: &DVector<f64>,
         lambda: &DVector<f64>,
         sign: Sign,
-    ) -> Result<Self, InverseError> {
+    ) -> Result<Self, SolveError> {
         if b.len() != a.nrows() {
-            return Err(InverseError::Size {
+            return Err(SolveError::Size {
                 what: "the right-hand side",
                 found: b.len(),
                 expected: a.nrows(),
@@ -75,14 +75,14 @@ impl L1Problem {
     /// problems over one matrix share.
     ///
     /// # Errors
-    /// [`InverseError::Size`] and [`InverseError::BadValue`].
+    /// [`SolveError::Size`] and [`SolveError::BadValue`].
     pub fn from_gram(
         mut gram: DMatrix<f64>,
         mut moment: DVector<f64>,
         square: f64,
         lambda: &DVector<f64>,
         sign: Sign,
-    ) -> Result<Self, InverseError> {
+    ) -> Result<Self, SolveError> {
         let n = moment.len();
         for (what, found) in [
             ("the Gram matrix", gram.nrows()),
@@ -90,7 +90,7 @@ impl L1Problem {
             ("the penalty", lambda.len()),
         ] {
             if found != n {
-                return Err(InverseError::Size { what, found, expected: n });
+                return Err(SolveError::Size { what, found, expected: n });
             }
         }
         finite("the Gram matrix", gram.as_slice())?;
@@ -98,7 +98,7 @@ impl L1Problem {
         if let Some((index, &value)) = lambda.iter().enumerate().find(|(_, l)| !(l.is_finite() && **l >= 0.0))
         {
             let expected = "a finite number, not negative";
-            return Err(InverseError::BadValue { what: "the penalty", index, value, expected });
+            return Err(SolveError::BadValue { what: "the penalty", index, value, expected });
         }
         let norms = DVector::from_fn(n, |j, _| match gram[(j, j)].max(0.0).sqrt() {
             norm if norm > 0.0 => norm,
@@ -123,16 +123,16 @@ impl L1Problem {
     /// The same problem with other penalties (n).
     ///
     /// # Errors
-    /// [`InverseError::Size`] and [`InverseError::BadValue`].
-    pub fn with_penalty(mut self, lambda: &DVector<f64>) -> Result<Self, InverseError> {
+    /// [`SolveError::Size`] and [`SolveError::BadValue`].
+    pub fn with_penalty(mut self, lambda: &DVector<f64>) -> Result<Self, SolveError> {
         if lambda.len() != self.unknowns() {
             let expected = self.unknowns();
-            return Err(InverseError::Size { what: "the penalty", found: lambda.len(), expected });
+            return Err(SolveError::Size { what: "the penalty", found: lambda.len(), expected });
         }
         if let Some((index, &value)) = lambda.iter().enumerate().find(|(_, l)| !(l.is_finite() && **l >= 0.0))
         {
             let expected = "a finite number, not negative";
-            return Err(InverseError::BadValue { what: "the penalty", index, value, expected });
+            return Err(SolveError::BadValue { what: "the penalty", index, value, expected });
         }
         self.penalty = lambda.component_div(&self.norms) / self.scale;
         Ok(self)
@@ -190,10 +190,10 @@ impl L1Problem {
     }
 }
 
-fn finite(what: &'static str, values: &[f64]) -> Result<(), InverseError> {
+fn finite(what: &'static str, values: &[f64]) -> Result<(), SolveError> {
     match values.iter().enumerate().find(|(_, v)| !v.is_finite()) {
         Some((index, &value)) => {
-            Err(InverseError::BadValue { what, index, value, expected: "a finite number" })
+            Err(SolveError::BadValue { what, index, value, expected: "a finite number" })
         }
         None => Ok(()),
     }

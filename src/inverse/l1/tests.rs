@@ -122,7 +122,7 @@ fn running_out_of_sweeps_is_an_error_with_evidence() {
     let b = DVector::from_fn(30, |i, _| (i as f64 / 3.0).sin());
     let problem = L1Problem::new(&a, &b, &DVector::from_element(20, 1e-6), Sign::Free).expect("sizes agree");
     let stopped = coordinate_descent(&problem, None, &Descent { tolerance: 1e-10, sweeps: 5 });
-    let Err(crate::inverse::InverseError::NotConverged { iterations: 5, residual, .. }) = stopped else {
+    let Err(crate::inverse::SolveError::NotConverged { iterations: 5, residual, .. }) = stopped else {
         panic!("five sweeps cannot suffice: {stopped:?}");
     };
     assert!(residual > 1e-10);

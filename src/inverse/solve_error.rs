@@ -1,8 +1,8 @@
-//! What can go wrong while parameters are sought.
+//! What can go wrong in an optimisation: sizes, values, convergence.
 
-/// Why an inverse problem was refused or its solution is not to be trusted.
+/// Why an optimisation problem was refused or its solution is not to be trusted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum InverseError {
+pub enum SolveError {
     /// Matrices and vectors whose sizes do not belong together.
     #[error("{what} has {found} entries; expected {expected}")]
     Size {
