@@ -3,13 +3,25 @@
 //! Symbols: `u` displacement (m), `E` Young's modulus (Pa), `ν` Poisson's ratio, `λ`, `μ` Lamé's constants,
 //! `K₁` stiffness for `E = 1`, `C` compliance for `E = 1` (m·Pa/N = 1/m).
 
+mod discretise;
 mod elasticity;
 mod element;
+mod error;
+mod half_space;
+mod model;
+mod near;
 mod space;
+mod spot;
 
+pub use discretise::{Discretisation, Resolution, discretise};
 pub use elasticity::{cell_stiffness, lame, stress};
 pub use element::{
     Order, TET_EDGES, TRIANGLE_EDGES, barycentric_gradients, gauss_legendre, tet_quadrature,
     triangle_quadrature,
 };
+pub use error::FemError;
+pub use half_space::{LoadedDisc, disc_self_compliance, point_displacement, point_gradient};
+pub use model::{Model, Response};
+pub use near::Near;
 pub use space::{Face, Space};
+pub use spot::{Functional, Spot, SpotKind};

@@ -15,6 +15,6 @@ pub use block::{Block, block};
 pub use boundary::boundary_triangles;
 pub use error::MeshError;
 pub use locate::{Attachment, SurfaceIndex};
-pub use quality::{Quality, check};
+pub use quality::{Quality, check, quality};
 pub use refine::refine;
 pub use tet_mesh::{Surface, TetMesh};

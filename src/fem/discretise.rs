@@ -1,0 +1,179 @@
+//! How finely a given mesh must be cut: the mesh is a geometry, not yet a discretisation.
+//!
+//! Three places need small elements. Where known glue ends the stress is singular, like the square root of the
+//! distance where the surface goes on flat, and more mildly where the body ends there too. Where a tip's disc
+//! comes close to another side of the body, the half-space's near field leaves a sharp load on that side. And
+//! where a disc does not lie on a flat part of the surface, the elements carry its load by themselves.
+//!
+//! At the end of flat glue the error of any compliance falls in proportion to the element size there
+//! (the energy of a square-root singularity inside one element), so that two discretisations whose
+//! sizes differ by a factor of two leave, by Richardson's extrapolation (1911), only what does not follow that
+//! law; [`Discretisation::fine`] and [`Discretisation::coarse`] are such a pair.
+
+use super::spot::Spot;
+use crate::geometry::Vec3;
+use crate::mesh::{MeshError, TetMesh, boundary_triangles, refine};
+use std::collections::HashMap;
+
+/// What a discretisation is to resolve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resolution {
+    /// Edge length (m) at the end of flat glue; twice this where body and glue end together.
+    pub glue_m: f64,
+    /// Longest edge anywhere (m).
+    pub longest_m: f64,
+}
+
+impl Resolution {
+    /// The resolution of level `level` for a body: each level halves the size at the end of the glue. Sizes are
+    /// set by the body's thickness (twice its volume over its surface), not by the mesh it came with.
+    pub fn of(mesh: &TetMesh, level: u32) -> Result<Self, MeshError> {
+        let area: f64 = boundary_triangles(mesh)?.iter().map(|&f| mesh.triangle(f).area()).sum();
+        let thickness = 2.0 * mesh.volume() / area;
+        Ok(Self {
+            glue_m: thickness * GLUE_SHARE / f64::from(1 << level),
+            longest_m: thickness * LONGEST_SHARE,
+        })
+    }
+}
+
+/// Edge length at the end of the glue on level 0, and longest edge anywhere, over the body's thickness.
+const GLUE_SHARE: f64 = 0.28;
+const LONGEST_SHARE: f64 = 0.55;
+
+/// Edges grow by this share of the distance from what they resolve.
+const GROWTH: f64 = 0.6;
+
+/// A disc that hangs over an edge or lies on a curved surface is resolved by edges of this share of its radius.
+const RIM_SHARE: f64 = 0.25;
+
+/// A place that needs small elements: a point, the size wanted there (m).
+struct Need {
+    at: Vec3,
+    size_m: f64,
+}
+
+/// Cuts `mesh` where `fixed` ends and where `discs` (on this mesh) need it, to `resolution`.
+pub fn discretise(
+    mesh: &TetMesh,
+    fixed: &str,
+    discs: &[&Spot],
+    resolution: &Resolution,
+) -> Result<TetMesh, MeshError> {
+    let mut segments = glue_ends(mesh, fixed)?;
+    for (_, _, size) in &mut segments {
+        *size *= resolution.glue_m;
+    }
+    let mut needs = Vec::new();
+    for spot in discs {
+        if let Some((disc, flat)) = spot.as_disc() {
+            if flat {
+                close_sides(mesh, &disc, &mut needs)?;
+            } else {
+                needs.extend((0..24).map(|i| {
+                    let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 24.0).sin_cos();
+                    let basis = crate::geometry::basis_from_axis(&disc.normal);
+                    let at = disc.centre + basis * Vec3::new(disc.radius * cos, disc.radius * sin, 0.0);
+                    Need { at, size_m: disc.radius * RIM_SHARE }
+                }));
+            }
+        }
+    }
+    Ok(refine(mesh, |p| {
+        let mut size = resolution.longest_m;
+        for (a, b, wanted) in &segments {
+            let along = b - a;
+            let t = ((p - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+            size = size.min(wanted.max(GROWTH * (p - (a + along * t)).norm()));
+        }
+        for need in &needs {
+            size = size.min(need.size_m + GROWTH * (p - need.at).norm());
+        }
+        size
+    }))
+}
+
+/// Edges where the named surface ends: both ends, and the size wanted there relative to the end of flat glue.
+fn glue_ends(mesh: &TetMesh, fixed: &str) -> Result<Vec<(Vec3, Vec3, f64)>, MeshError> {
+    let mut held: HashMap<(u32, u32), (u32, Vec3)> = HashMap::new();
+    for &face in mesh.surface(fixed) {
+        let normal = mesh.triangle(face).normal();
+        for edge in edges(face) {
+            held.entry(edge).or_insert((0, normal)).0 += 1;
+        }
+    }
+    held.retain(|_, (count, _)| *count == 1);
+    let mut beside: HashMap<(u32, u32), Vec<Vec3>> = HashMap::new();
+    for face in boundary_triangles(mesh)? {
+        for edge in edges(face) {
+            if held.contains_key(&edge) {
+                beside.entry(edge).or_default().push(mesh.triangle(face).normal());
+            }
+        }
+    }
+    let mut ends: Vec<((u32, u32), f64)> = held
+        .into_iter()
+        .map(|(edge, (_, normal))| {
+            let flat = beside[&edge].iter().all(|n| n.dot(&normal) > 0.9);
+            (edge, if flat { 1.0 } else { 2.0 })
+        })
+        .collect();
+    ends.sort_by_key(|(edge, _)| *edge);
+    Ok(ends
+        .into_iter()
+        .map(|((a, b), size)| (mesh.nodes[a as usize], mesh.nodes[b as usize], size))
+        .collect())
+}
+
+fn edges(face: [u32; 3]) -> [(u32, u32); 3] {
+    [(0, 1), (1, 2), (2, 0)].map(|(i, j): (usize, usize)| (face[i].min(face[j]), face[i].max(face[j])))
+}
+
+/// Points of other sides of the body close to a flat disc, with the size that the near field needs there.
+fn close_sides(mesh: &TetMesh, disc: &crate::geometry::Disc, needs: &mut Vec<Need>) -> Result<(), MeshError> {
+    let basis = crate::geometry::basis_from_axis(&disc.normal);
+    let rim: Vec<Vec3> = (0..48)
+        .map(|i| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 48.0).sin_cos();
+            disc.centre + basis * Vec3::new(disc.radius * cos, disc.radius * sin, 0.0)
+        })
+        .collect();
+    for face in boundary_triangles(mesh)? {
+        let triangle = mesh.triangle(face);
+        if triangle.0.iter().all(|p| (p - disc.centre).dot(&disc.normal).abs() < 1e-4 * disc.radius) {
+            continue;
+        }
+        for p in &rim {
+            let near = triangle.nearest(p).position;
+            let distance = (near - p).norm();
+            if distance < 0.5 * disc.radius {
+                needs.push(Need { at: near, size_m: (0.6 * distance).max(0.05 * disc.radius) });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Two discretisations of one body whose sizes at the end of the glue differ by a factor of two.
+#[derive(Debug, Clone)]
+pub struct Discretisation {
+    /// The coarser one.
+    pub coarse: TetMesh,
+    /// The finer one.
+    pub fine: TetMesh,
+}
+
+impl Discretisation {
+    /// A pair on `level` and `level + 1`.
+    pub fn pair(mesh: &TetMesh, fixed: &str, discs: &[&Spot], level: u32) -> Result<Self, MeshError> {
+        let coarse = discretise(mesh, fixed, discs, &Resolution::of(mesh, level)?)?;
+        let fine = discretise(mesh, fixed, discs, &Resolution::of(mesh, level + 1)?)?;
+        Ok(Self { coarse, fine })
+    }
+
+    /// Richardson's extrapolation of a compliance from the pair: its error at the end of flat glue halves from
+    /// coarse to fine.
+    pub fn extrapolate(coarse: f64, fine: f64) -> f64 {
+        2.0 * fine - coarse
+    }
+}

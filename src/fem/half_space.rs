@@ -1,0 +1,295 @@
+//! The elastic half-space under a load on its surface: the near field of tips and restraint patches.
+//!
+//! A disc's load has its sharpest features next to the disc, where a mesh of the user's size cannot follow
+//! them, and there the body looks like a half-space. The displacement of the half-space under a uniform
+//! traction over a disc is known; what is left for the elements is smooth.
+//!
+//! Local frame: the surface is the plane `z = 0`, the body fills `z > 0`. Everything is for a unit Young's
+//! modulus and a unit total force.
+//!
+//! Sources: the point loads are Boussinesq's (normal) and Cerruti's (tangential), Johnson 1985, equations
+//! (3.19) and (3.75); discs follow by integration over their area.
+
+use super::element::gauss_legendre;
+use crate::geometry::{Mat3, Vec3};
+use std::f64::consts::{PI, TAU};
+
+/// Displacement `G[i, j]` in direction `i` at `r` (m, `r.z ≥ 0`, `r ≠ 0`) under a unit point force at the
+/// origin in direction `j`.
+pub fn point_displacement(r: &Vec3, nu: f64) -> Mat3 {
+    let (x, y, z) = (r.x, r.y, r.z);
+    let distance = r.norm();
+    let (a, c) = (1.0 / distance, 1.0 / (distance + z));
+    let (a3, b, d) = (a * a * a, a * c, a * c * c);
+    let m = 1.0 - 2.0 * nu;
+    let scale = (1.0 + nu) / TAU; // 1 / 4πμ with μ = 1 / 2(1+ν)
+    Mat3::new(
+        a + x * x * a3 + m * (c - x * x * d),
+        x * y * a3 - m * x * y * d,
+        x * z * a3 - m * x * b,
+        x * y * a3 - m * x * y * d,
+        a + y * y * a3 + m * (c - y * y * d),
+        y * z * a3 - m * y * b,
+        x * z * a3 + m * x * b,
+        y * z * a3 + m * y * b,
+        z * z * a3 + 2.0 * (1.0 - nu) * a,
+    ) * scale
+}
+
+/// Gradients of [`point_displacement`]: entry `k` is its derivative along axis `k` (1/m of it).
+pub fn point_gradient(r: &Vec3, nu: f64) -> [Mat3; 3] {
+    let distance = r.norm();
+    let (a, c) = (1.0 / distance, 1.0 / (distance + r.z));
+    let (a3, b, d) = (a * a * a, a * c, a * c * c);
+    let m = 1.0 - 2.0 * nu;
+    let scale = (1.0 + nu) / TAU;
+    std::array::from_fn(|k| {
+        let da = -r[k] * a3;
+        let da3 = -3.0 * r[k] * a3 * a * a;
+        let dc = -(r[k] * a + f64::from(u8::from(k == 2))) * c * c;
+        let db = da * c + a * dc;
+        let dd = da * c * c + 2.0 * b * dc;
+        let unit = |i: usize| f64::from(u8::from(i == k));
+        let dprod = |i: usize, j: usize| unit(i) * r[j] + r[i] * unit(j);
+        let mut g = Mat3::zeros();
+        for i in 0..2 {
+            for j in 0..2 {
+                g[(i, j)] = dprod(i, j) * (a3 - m * d) + r[i] * r[j] * (da3 - m * dd);
+            }
+            g[(i, i)] += da + m * dc;
+            let common = dprod(i, 2) * a3 + r[i] * r.z * da3;
+            let apart = m * (unit(i) * b + r[i] * db);
+            g[(i, 2)] = common - apart;
+            g[(2, i)] = common + apart;
+        }
+        g[(2, 2)] = dprod(2, 2) * a3 + r.z * r.z * da3 + 2.0 * (1.0 - nu) * da;
+        g * scale
+    })
+}
+
+/// Mean displacement over a disc of radius `a` (m) under its own uniform traction: compliance along a
+/// tangential and along the normal axis (1/m, for unit modulus).
+///
+/// Normal: `16 (1 − ν²) / (3 π² a)` (Johnson 1985, equation 3.29b averaged over the disc; Love 1929);
+/// tangential: `16 (1 + ν)(1 − ν/2) / (3 π² a)`, by the same integral over Cerruti's surface displacement.
+pub fn disc_self_compliance(radius: f64, nu: f64) -> [f64; 2] {
+    let shared = 16.0 * (1.0 + nu) / (3.0 * PI * PI * radius);
+    [shared * (1.0 - 0.5 * nu), shared * (1.0 - nu)]
+}
+
+/// A disc on the surface, centre at the origin, carrying a uniform traction of unit total force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadedDisc {
+    /// Radius (m).
+    pub radius: f64,
+    /// Poisson's ratio.
+    pub poisson_ratio: f64,
+}
+
+impl LoadedDisc {
+    /// Displacement at `r`, entry `[i, j]` in direction `i` for a force in direction `j`. On the surface
+    /// (`r.z = 0`) it is exact inside the disc and outside; below the surface `r` must not lie in the disc.
+    pub fn displacement(&self, r: &Vec3) -> Mat3 {
+        if r.z.abs() <= 1e-9 * self.radius {
+            return self.surface_displacement(r);
+        }
+        let mut sum = Mat3::zeros();
+        self.integrate(r, |from, weight| sum += point_displacement(&from, self.poisson_ratio) * weight);
+        sum
+    }
+
+    /// Gradient of the displacement at `r` below the surface: entry `k` is the derivative along axis `k`.
+    pub fn gradient(&self, r: &Vec3) -> [Mat3; 3] {
+        let mut sum = [Mat3::zeros(); 3];
+        self.integrate(r, |from, weight| {
+            for (s, g) in sum.iter_mut().zip(point_gradient(&from, self.poisson_ratio)) {
+                *s += g * weight;
+            }
+        });
+        sum
+    }
+
+    /// Derivatives along the two tangential axes at a point of the surface away from the rim, by the
+    /// divergence theorem an integral around the rim: `∂ₖ ∫ G = −∮ G nₖ ds`.
+    pub fn surface_gradient(&self, r: &Vec3) -> [Mat3; 2] {
+        let distance = (r.x.hypot(r.y) - self.radius).abs().max(1e-3 * self.radius);
+        // The trapezoidal rule on a circle converges like exp(−n · distance / radius).
+        let n = ((40.0 * self.radius / distance) as usize).clamp(64, 8192);
+        let mut sum = [Mat3::zeros(); 2];
+        for i in 0..n {
+            let (sin, cos) = (TAU * i as f64 / n as f64).sin_cos();
+            let from = Vec3::new(r.x - self.radius * cos, r.y - self.radius * sin, 0.0);
+            let g = point_displacement(&from, self.poisson_ratio) * (-2.0 / (self.radius * n as f64));
+            sum[0] += g * cos;
+            sum[1] += g * sin;
+        }
+        sum
+    }
+
+    /// Surface displacement in polar coordinates about `r`: the point load's `1/ρ` cancels against `ρ dρ`, so
+    /// that only the length of the chord in each direction remains to be integrated.
+    fn surface_displacement(&self, r: &Vec3) -> Mat3 {
+        const HALF: usize = 24;
+        let a = self.radius;
+        let s = r.x.hypot(r.y);
+        let towards = (-r.y).atan2(-r.x);
+        let mut sum = Mat3::zeros();
+        let mut add = |angle: f64, chord: f64, weight: f64| {
+            // The source lies in direction `angle` from r, so that r lies opposite it from the source.
+            let (sin, cos) = (towards + angle).sin_cos();
+            sum += point_displacement(&Vec3::new(-cos, -sin, 0.0), self.poisson_ratio) * (chord * weight);
+        };
+        if s <= a {
+            for i in 0..4 * HALF {
+                let angle = TAU * (i as f64 + 0.5) / (4 * HALF) as f64;
+                let chord = s * angle.cos() + (a * a - (s * angle.sin()).powi(2)).max(0.0).sqrt();
+                add(angle, chord, TAU / (4 * HALF) as f64);
+            }
+        } else {
+            // sin(angle) = (a/s) sin φ turns the chord's square-root ends into a smooth function of φ.
+            for i in 0..2 * HALF {
+                let phi = PI * ((i as f64 + 0.5) / (2 * HALF) as f64 - 0.5);
+                let sin = a / s * phi.sin();
+                let chord = 2.0 * a * phi.cos();
+                let weight = PI / (2 * HALF) as f64 * a / s * phi.cos() / (1.0 - sin * sin).sqrt();
+                add(sin.asin(), chord, weight);
+            }
+        }
+        sum / (PI * a * a)
+    }
+
+    /// Calls `f(r − source, weight)` over the disc, weights summing to 1, as finely as the distance of `r`
+    /// from the disc needs.
+    fn integrate(&self, r: &Vec3, mut f: impl FnMut(Vec3, f64)) {
+        let a = self.radius;
+        let beyond = (r.x.hypot(r.y) - a).max(0.0);
+        let distance = beyond.hypot(r.z) / a;
+        let (radial, angular) = if distance > 8.0 {
+            (1, 5)
+        } else if distance > 3.5 {
+            (2, 8)
+        } else if distance > 1.5 {
+            (3, 10)
+        } else {
+            let fine = (4.0 / distance.max(0.02)).ceil() as usize;
+            (3 + fine, 12 + 4 * fine)
+        };
+        for (t, wt) in gauss_legendre(radial) {
+            let rho = a * t.sqrt(); // Equal areas: ρ dρ = a²/2 dt.
+            for i in 0..angular {
+                let (sin, cos) = (TAU * (i as f64 + 0.5 * t) / angular as f64).sin_cos();
+                f(Vec3::new(r.x - rho * cos, r.y - rho * sin, r.z), wt / angular as f64);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::elasticity::stress;
+
+    const NU: f64 = 0.47;
+
+    /// Displacement gradient tensor for force direction `j` from the three axis derivatives.
+    fn tensor(g: &[Mat3; 3], j: usize) -> Mat3 {
+        Mat3::from_fn(|i, k| g[k][(i, j)])
+    }
+
+    #[test]
+    fn gradient_is_the_derivative() {
+        let r = Vec3::new(0.3, -0.5, 0.4);
+        let g = point_gradient(&r, NU);
+        let h = 1e-6;
+        for k in 0..3 {
+            let mut step = Vec3::zeros();
+            step[k] = h;
+            let difference =
+                (point_displacement(&(r + step), NU) - point_displacement(&(r - step), NU)) / (2.0 * h);
+            assert!((difference - g[k]).norm() < 1e-8, "axis {k}");
+        }
+    }
+
+    /// The stress through any hemisphere around the load balances it, and the surface carries no traction.
+    #[test]
+    fn point_loads_are_in_equilibrium() {
+        for j in 0..3 {
+            let mut force = Vec3::zeros();
+            let n = 64;
+            for (t, wt) in gauss_legendre(n) {
+                for i in 0..n {
+                    let phi = TAU * i as f64 / n as f64;
+                    let rho = (1.0 - t * t).sqrt();
+                    let normal = Vec3::new(rho * phi.cos(), rho * phi.sin(), t);
+                    let s = stress(&tensor(&point_gradient(&(normal * 0.7), NU), j), NU);
+                    force += s * normal * (0.49 * TAU / n as f64 * wt);
+                }
+            }
+            let mut load = Vec3::zeros();
+            load[j] = 1.0;
+            assert!((force + load).norm() < 1e-10, "{j}: {force}");
+            let s = stress(&tensor(&point_gradient(&Vec3::new(0.4, -0.2, 0.0), NU), j), NU);
+            assert!((s * Vec3::z()).norm() < 1e-12);
+        }
+    }
+
+    /// The surface displacement averaged over the disc is the closed form.
+    #[test]
+    fn mean_over_the_disc_is_the_closed_form() {
+        let disc = LoadedDisc { radius: 0.008, poisson_ratio: NU };
+        let mut mean = Mat3::zeros();
+        for (t, wt) in gauss_legendre(24) {
+            // ρ = a (1 − s²): the rim's logarithmic slope is resolved by points crowding there.
+            let rho = 1.0 - t * t;
+            mean += disc.displacement(&Vec3::new(rho * 0.008, 0.0, 0.0)) * (wt * 2.0 * t * 2.0 * rho);
+        }
+        let [tangential, normal] = disc_self_compliance(0.008, NU);
+        // Averaging over one ray leaves (xx + yy) / 2 for the tangential mean.
+        assert!((0.5 * (mean[(0, 0)] + mean[(1, 1)]) / tangential - 1.0).abs() < 1e-5);
+        assert!((mean[(2, 2)] / normal - 1.0).abs() < 1e-5, "{} {normal}", mean[(2, 2)]);
+    }
+
+    /// Centre of a uniformly loaded disc: `2 (1 − ν²) p a / E` (Boussinesq 1885).
+    #[test]
+    fn centre_of_a_loaded_disc() {
+        let a = 0.005;
+        let disc = LoadedDisc { radius: a, poisson_ratio: NU };
+        let centre = disc.displacement(&Vec3::zeros())[(2, 2)];
+        assert!((centre / (2.0 * (1.0 - NU * NU) / (PI * a)) - 1.0).abs() < 1e-12);
+    }
+
+    /// On the axis below a uniformly loaded disc: `σ_z = −p (1 − z³ / (a² + z²)^{3/2})` (Boussinesq 1885).
+    #[test]
+    fn stress_on_the_axis_and_every_distance_of_the_rule() {
+        let a = 1.0;
+        let disc = LoadedDisc { radius: a, poisson_ratio: NU };
+        for z in [0.1, 0.3, 1.0, 1.4, 1.6, 3.4, 3.6, 7.9, 8.1_f64] {
+            let s = stress(&tensor(&disc.gradient(&Vec3::new(0.0, 0.0, z)), 2), NU);
+            let exact = -(1.0 - z.powi(3) / (a * a + z * z).powf(1.5)) / (PI * a * a);
+            assert!((s[(2, 2)] / exact - 1.0).abs() < 3e-4, "z = {z}: {} {exact}", s[(2, 2)]);
+        }
+    }
+
+    /// The interior rule and the surface rule meet at the surface, and the rim integral is its derivative.
+    #[test]
+    fn rules_meet_at_the_surface() {
+        let disc = LoadedDisc { radius: 1.0, poisson_ratio: NU };
+        for r in [Vec3::new(1.6, 0.3, 0.0), Vec3::new(-1.1, 1.0, 0.0), Vec3::new(0.3, -4.0, 0.0)] {
+            let below = disc.displacement(&(r + Vec3::new(0.0, 0.0, 1e-6)));
+            assert!((below - disc.displacement(&r)).norm() < 1e-5);
+            let h = 1e-5;
+            for (k, g) in disc.surface_gradient(&r).iter().enumerate() {
+                let mut step = Vec3::zeros();
+                step[k] = h;
+                let slope = (disc.displacement(&(r + step)) - disc.displacement(&(r - step))) / (2.0 * h);
+                assert!((slope - g).norm() < 1e-6, "{r} {k}");
+            }
+        }
+        let inside = Vec3::new(0.3, 0.2, 0.0);
+        let h = 1e-5;
+        let slope = (disc.displacement(&(inside + Vec3::x() * h))
+            - disc.displacement(&(inside - Vec3::x() * h)))
+            / (2.0 * h);
+        assert!((slope - disc.surface_gradient(&inside)[0]).norm() < 1e-6);
+    }
+}

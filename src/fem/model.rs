@@ -1,0 +1,265 @@
+//! The phantom's response to loads on its spots: one factor, many loads, for a unit Young's modulus.
+//!
+//! With the known glue holding and everything linear, a body of modulus `E` under a force `f` at a spot moves
+//! by `C f / E`. The compliance `C` between spots is all that the inverse problem needs of the elements.
+
+use super::elasticity::cell_stiffness;
+use super::element::{Order, barycentric_gradients, tet_quadrature};
+use super::error::FemError;
+use super::near::Near;
+use super::space::Space;
+use super::spot::{Functional, Spot};
+use crate::geometry::{Mat3, Vec3};
+use crate::mesh::TetMesh;
+use crate::sparse::{Analysis, Factor, Ordering, Pattern, SymmetricMatrix};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Nodal values for a force along each axis, `[3 n + i]`.
+type ByAxis = [Vec<f64>; 3];
+
+/// Components that the known glue holds have no unknown.
+const HELD: u32 = u32::MAX;
+
+/// A linear elastic body, held at its known glue, factored once.
+pub struct Model {
+    space: Space,
+    poisson_ratio: f64,
+    held: Vec<bool>,
+    /// Unknown of each displacement component, or [`HELD`].
+    unknown: Vec<u32>,
+    unknowns: usize,
+    factor: Factor,
+}
+
+/// Displacement of the whole body under a unit force at one spot, for a unit modulus.
+#[derive(Debug, Clone)]
+pub struct Response {
+    /// Nodal displacement for a force along each axis, `[3 n + i]`; without the near field when there is one.
+    nodal: ByAxis,
+    near: Option<Near>,
+}
+
+/// Largest Poisson's ratio that second-order displacement elements answer for without visible locking.
+const LARGEST_POISSON_RATIO: f64 = 0.4999;
+
+impl Model {
+    /// Puts elements of the given order on `mesh`, holds the named surface and factors the stiffness.
+    pub fn new(mesh: &TetMesh, order: Order, poisson_ratio: f64, fixed: &str) -> Result<Self, FemError> {
+        if !(poisson_ratio > -1.0 && poisson_ratio <= LARGEST_POISSON_RATIO) {
+            return Err(FemError::PoissonRatio { poisson_ratio });
+        }
+        let space = Space::new(mesh, order)?;
+        let held = space.on_surface(fixed);
+        if !held.contains(&true) {
+            return Err(FemError::NotHeld { surface: fixed.to_owned() });
+        }
+        let mut unknown = vec![HELD; space.components()];
+        let mut position = Vec::new();
+        for (node, p) in space.nodes().iter().enumerate().filter(|&(node, _)| !held[node]) {
+            for i in 0..3 {
+                unknown[3 * node + i] = position.len() as u32;
+                position.push([p.x, p.y, p.z]);
+            }
+        }
+        let unknowns = position.len();
+        let lists: Vec<Vec<u32>> = space
+            .cells()
+            .map(|cell| {
+                cell.iter()
+                    .flat_map(|&n| (0..3).map(move |i| 3 * n + i))
+                    .map(|c| unknown[c as usize])
+                    .filter(|&u| u != HELD)
+                    .collect()
+            })
+            .collect();
+        let pattern = Arc::new(Pattern::from_elements(unknowns, lists.iter().map(Vec::as_slice)));
+        let mut matrix = SymmetricMatrix::zeros(pattern.clone());
+        const CELLS_AT_ONCE: usize = 2048;
+        for chunk in (0..lists.len()).collect::<Vec<_>>().chunks(CELLS_AT_ONCE) {
+            let stiffness: Vec<Vec<f64>> =
+                chunk.par_iter().map(|&cell| cell_stiffness(&space, cell as u32, poisson_ratio)).collect();
+            for (&cell, k) in chunk.iter().zip(&stiffness) {
+                let free: Vec<usize> = components(space.cell(cell as u32))
+                    .enumerate()
+                    .filter(|&(_, c)| unknown[c] != HELD)
+                    .map(|(local, _)| local)
+                    .collect();
+                let side = 3 * order.cell_nodes();
+                let block: Vec<f64> = free
+                    .iter()
+                    .flat_map(|&a| free.iter().map(move |&b| (a, b)))
+                    .map(|(a, b)| k[a * side + b])
+                    .collect();
+                matrix.add_element(&lists[cell], &block);
+            }
+        }
+        let analysis = Analysis::new(&pattern, Ordering::NestedDissection { position: &position })?;
+        let factor = analysis.factor(&matrix)?;
+        Ok(Self { space, poisson_ratio, held, unknown, unknowns, factor })
+    }
+
+    /// The elements.
+    pub fn space(&self) -> &Space {
+        &self.space
+    }
+
+    /// Poisson's ratio.
+    pub fn poisson_ratio(&self) -> f64 {
+        self.poisson_ratio
+    }
+
+    /// Displacement components solved for.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns
+    }
+
+    /// Responses to a unit force along each axis at each spot. Flat discs carry their near field by the
+    /// half-space; everything else is left to the elements.
+    pub fn respond(&self, spots: &[&Spot]) -> Result<Vec<Response>, FemError> {
+        let near: Vec<Option<Near>> = spots
+            .iter()
+            .map(|spot| match spot.as_disc() {
+                Some((disc, true)) => Some(Near::new(disc, self.poisson_ratio)),
+                _ => None,
+            })
+            .collect();
+        let loads: Vec<(ByAxis, Option<ByAxis>)> = spots
+            .par_iter()
+            .zip(&near)
+            .map(|(spot, near)| match near {
+                Some(near) => {
+                    let (force, prescribed) = near.remainder(&self.space, &self.held);
+                    (force, Some(prescribed))
+                }
+                None => (std::array::from_fn(|i| self.scatter(&spot.weights[i])), None),
+            })
+            .collect();
+        let mut columns = Vec::with_capacity(3 * spots.len());
+        for (force, prescribed) in loads {
+            let mut prescribed = prescribed.map(|p| p.into_iter());
+            for f in force {
+                columns.push((f, prescribed.as_mut().and_then(Iterator::next)));
+            }
+        }
+        let mut solved = self.solve(columns)?.into_iter();
+        Ok(near
+            .into_iter()
+            .map(|near| {
+                let mut next = || solved.next().unwrap_or_default();
+                Response { nodal: [next(), next(), next()], near }
+            })
+            .collect())
+    }
+
+    /// Nodal displacement under arbitrary nodal forces (`[3 n + i]`, N) for a unit modulus.
+    pub fn displace(&self, forces: Vec<Vec<f64>>) -> Result<Vec<Vec<f64>>, FemError> {
+        self.solve(forces.into_iter().map(|f| (f, None)).collect())
+    }
+
+    /// Nodal forces of a body force per volume (N/m³): `∫ b N`.
+    pub fn body_force(&self, per_volume: &Vec3) -> Vec<f64> {
+        let order = self.space.order();
+        let rule = tet_quadrature(2);
+        let mut force = vec![0.0; self.space.components()];
+        for (cell, nodes) in self.space.cells().enumerate() {
+            let (_, volume) = barycentric_gradients(&self.space.corners(cell as u32));
+            for (l, w) in &rule {
+                for (&node, n) in nodes.iter().zip(order.cell_shape(*l)) {
+                    for i in 0..3 {
+                        force[3 * node as usize + i] += n * w * volume * per_volume[i];
+                    }
+                }
+            }
+        }
+        force
+    }
+
+    fn scatter(&self, functional: &Functional) -> Vec<f64> {
+        let mut force = vec![0.0; self.space.components()];
+        for &(c, w) in functional {
+            force[c as usize] += w;
+        }
+        force
+    }
+
+    /// Solves for nodal forces and, where given, prescribed displacements of held components.
+    fn solve(&self, columns: Vec<(Vec<f64>, Option<Vec<f64>>)>) -> Result<Vec<Vec<f64>>, FemError> {
+        let count = columns.len();
+        let (mut forces, prescribed): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+        self.lift(&mut forces, &prescribed);
+        let mut rhs = vec![0.0; self.unknowns * count];
+        for (column, force) in rhs.chunks_exact_mut(self.unknowns.max(1)).zip(&forces) {
+            for (&u, f) in self.unknown.iter().zip(force) {
+                if u != HELD {
+                    column[u as usize] = *f;
+                }
+            }
+        }
+        self.factor.solve_in_place(&mut rhs, count)?;
+        for ((column, out), prescribed) in
+            rhs.chunks_exact(self.unknowns.max(1)).zip(&mut forces).zip(&prescribed)
+        {
+            for (c, (&u, value)) in self.unknown.iter().zip(out.iter_mut()).enumerate() {
+                *value = match (u, prescribed) {
+                    (HELD, Some(prescribed)) => prescribed[c],
+                    (HELD, None) => 0.0,
+                    (u, _) => column[u as usize],
+                };
+            }
+        }
+        Ok(forces)
+    }
+
+    /// Takes the forces that prescribed displacements exert on free components off the right-hand sides.
+    fn lift(&self, forces: &mut [Vec<f64>], prescribed: &[Option<Vec<f64>>]) {
+        if prescribed.iter().all(Option::is_none) {
+            return;
+        }
+        let touching: Vec<u32> = (0..self.space.cells().len() as u32)
+            .filter(|&cell| self.space.cell(cell).iter().any(|&n| self.held[n as usize]))
+            .collect();
+        let stiffness: Vec<Vec<f64>> =
+            touching.par_iter().map(|&cell| cell_stiffness(&self.space, cell, self.poisson_ratio)).collect();
+        let side = 3 * self.space.order().cell_nodes();
+        forces.par_iter_mut().zip(prescribed).for_each(|(force, prescribed)| {
+            let Some(prescribed) = prescribed else { return };
+            for (&cell, k) in touching.iter().zip(&stiffness) {
+                let parts: Vec<usize> = components(self.space.cell(cell)).collect();
+                for (b, &from) in parts.iter().enumerate() {
+                    if self.unknown[from] == HELD && prescribed[from] != 0.0 {
+                        for (a, &to) in parts.iter().enumerate() {
+                            force[to] -= k[a * side + b] * prescribed[from];
+                        }
+                    }
+                }
+            }
+        });
+    }
+}
+
+impl Response {
+    /// Displacement of a spot: column `j` for a unit force along axis `j`. This is the block `C(spot, load)` of
+    /// the compliance; by reciprocity `C(load, spot)` is its transpose.
+    pub fn at(&self, spot: &Spot) -> Mat3 {
+        let elements = Mat3::from_columns(&[0, 1, 2].map(|j: usize| spot.of(&self.nodal[j])));
+        match &self.near {
+            Some(near) => elements + near.at(spot),
+            None => elements,
+        }
+    }
+
+    /// Displacement of node `node` at `position`: column `j` for a unit force along axis `j`.
+    pub fn at_node(&self, node: usize, position: &Vec3) -> Mat3 {
+        let elements = Mat3::from_fn(|i, j| self.nodal[j][3 * node + i]);
+        match &self.near {
+            Some(near) => elements + near.displacement(position),
+            None => elements,
+        }
+    }
+}
+
+/// Displacement components of a cell's nodes.
+fn components(nodes: &[u32]) -> impl Iterator<Item = usize> + '_ {
+    nodes.iter().flat_map(|&n| (0..3).map(move |i| 3 * n as usize + i))
+}

@@ -1,0 +1,168 @@
+//! The near field of one loaded disc in the phantom frame, and the load that it leaves to the elements.
+//!
+//! The displacement is split, `u = u_half-space + w`. The half-space's part carries the disc's traction and
+//! leaves none on its plane; `w` is what remains: on the held surface `w = −u_half-space`, on every other face
+//! off the plane the traction `−σ(u_half-space) n`. Both are smooth, so that `w` needs no fine elements at the
+//! disc, whatever the mesh there.
+
+use super::elasticity::stress;
+use super::element::triangle_quadrature;
+use super::half_space::{LoadedDisc, disc_self_compliance};
+use super::space::Space;
+use super::spot::{Spot, SpotKind, turned};
+use crate::geometry::{Disc, Mat3, Vec3, basis_from_axis};
+
+/// The half-space's displacement under a disc of unit force, in the phantom frame, for a unit modulus.
+#[derive(Debug, Clone)]
+pub struct Near {
+    disc: Disc,
+    /// Columns: two tangents and the inward normal.
+    frame: Mat3,
+    local: LoadedDisc,
+}
+
+/// A face counts as part of the disc's plane within this share of the radius.
+const ON_PLANE: f64 = 1e-4;
+
+impl Near {
+    /// The near field of `disc` (normal outward).
+    pub fn new(disc: Disc, poisson_ratio: f64) -> Self {
+        let frame = basis_from_axis(&-disc.normal);
+        Self { disc, frame, local: LoadedDisc { radius: disc.radius, poisson_ratio } }
+    }
+
+    /// The point in local coordinates, on the plane exactly when it is within tolerance of it.
+    fn local(&self, p: &Vec3) -> Vec3 {
+        let mut r = self.frame.transpose() * (p - self.disc.centre);
+        if r.z < ON_PLANE * self.disc.radius {
+            r.z = 0.0;
+        }
+        r
+    }
+
+    /// Displacement at `p`: column `j` for a unit force along axis `j`.
+    pub fn displacement(&self, p: &Vec3) -> Mat3 {
+        self.frame * self.local.displacement(&self.local(p)) * self.frame.transpose()
+    }
+
+    /// Displacement gradients at `p`, one for each force direction: `[i, k] = ∂uᵢ/∂xₖ`. On the plane, only the
+    /// part that turns (antisymmetric) is complete: the stretch along the normal is left out.
+    fn gradients(&self, p: &Vec3) -> [Mat3; 3] {
+        let r = self.local(p);
+        let axis = if r.z == 0.0 {
+            let [gx, gy] = self.local.surface_gradient(&r);
+            // No shear traction on the plane but the disc's own: ∂u_t/∂z = −∂u_z/∂t − t_t/μ.
+            let mut gz = Mat3::zeros();
+            let inside = r.norm() < self.disc.radius;
+            let traction =
+                if inside { 2.0 * (1.0 + self.local.poisson_ratio) / self.disc.area() } else { 0.0 };
+            for j in 0..3 {
+                gz[(0, j)] = -gx[(2, j)] - if j == 0 { traction } else { 0.0 };
+                gz[(1, j)] = -gy[(2, j)] - if j == 1 { traction } else { 0.0 };
+            }
+            [gx, gy, gz]
+        } else {
+            self.local.gradient(&r)
+        };
+        let q = &self.frame;
+        // ∂/∂xₖ = Σₘ Q[k, m] ∂/∂x'ₘ, and each derivative is a tensor that turns with the frame.
+        let turned: [Mat3; 3] = axis.map(|g| q * g * q.transpose());
+        std::array::from_fn(|j| Mat3::from_fn(|i, k| (0..3).map(|m| q[(k, m)] * turned[m][(i, j)]).sum()))
+    }
+
+    /// Displacement of a spot.
+    pub fn at(&self, spot: &Spot) -> Mat3 {
+        match spot.kind {
+            SpotKind::Marker { foot, offset } => {
+                let mut u = self.displacement(&foot);
+                if offset.norm() > 1e-9 * self.disc.radius {
+                    for (j, gradient) in self.gradients(&foot).iter().enumerate() {
+                        let mut column = u.column_mut(j);
+                        column += turned(gradient, &offset);
+                    }
+                }
+                u
+            }
+            SpotKind::Disc { disc, .. } => self.mean_over(&disc),
+        }
+    }
+
+    /// Mean displacement over another disc, or over the loaded disc itself.
+    fn mean_over(&self, other: &Disc) -> Mat3 {
+        if (other.centre - self.disc.centre).norm() < 1e-9 * self.disc.radius
+            && (other.radius / self.disc.radius - 1.0).abs() < 1e-9
+            && (other.normal - self.disc.normal).norm() < 1e-9
+        {
+            let [tangential, normal] = disc_self_compliance(self.disc.radius, self.local.poisson_ratio);
+            let local = Mat3::from_diagonal(&Vec3::new(tangential, tangential, normal));
+            return self.frame * local * self.frame.transpose();
+        }
+        let basis = basis_from_axis(&other.normal);
+        let mut mean = Mat3::zeros();
+        for (t, wt) in super::element::gauss_legendre(5) {
+            let rho = other.radius * t.sqrt();
+            for i in 0..16 {
+                let (sin, cos) = (std::f64::consts::TAU * (f64::from(i) + 0.5) / 16.0).sin_cos();
+                let p = other.centre + basis * Vec3::new(rho * cos, rho * sin, 0.0);
+                mean += self.displacement(&p) * (wt / 16.0);
+            }
+        }
+        mean
+    }
+
+    /// What is left to the elements: nodal forces of `−σ n` on the faces off the plane, and the prescribed
+    /// displacement `−u` at held nodes; one of each for every force direction, `[3 n + i]`.
+    pub fn remainder(&self, space: &Space, held: &[bool]) -> ([Vec<f64>; 3], [Vec<f64>; 3]) {
+        let mut force: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; space.components()]);
+        let mut prescribed = force.clone();
+        for (node, p) in space.nodes().iter().enumerate().filter(|&(node, _)| held[node]) {
+            let u = self.displacement(p);
+            for j in 0..3 {
+                for i in 0..3 {
+                    prescribed[j][3 * node + i] = -u[(i, j)];
+                }
+            }
+        }
+        let rules = [triangle_quadrature(5), triangle_quadrature(8), triangle_quadrature(14)];
+        for face in 0..space.faces().len() {
+            let nodes = space.face_nodes(face);
+            if nodes.iter().all(|&n| held[n as usize]) {
+                continue;
+            }
+            let triangle = space.face_triangle(face);
+            let height = triangle.0.map(|p| -(p - self.disc.centre).dot(&self.disc.normal));
+            if height.iter().all(|h| h.abs() <= ON_PLANE * self.disc.radius) {
+                continue;
+            }
+            let (area, normal) = (triangle.area(), triangle.normal());
+            let rule = &rules[self.crowding(&triangle.0)];
+            for &(l, w) in rule {
+                let gradients = self.gradients(&triangle.at(l));
+                let shape = space.order().face_shape(l);
+                for (j, gradient) in gradients.iter().enumerate() {
+                    let t = stress(gradient, self.local.poisson_ratio) * normal * (-w * area);
+                    for (&node, s) in nodes.iter().zip(shape) {
+                        for i in 0..3 {
+                            force[j][3 * node as usize + i] += s * t[i];
+                        }
+                    }
+                }
+            }
+        }
+        (force, prescribed)
+    }
+
+    /// How strongly the near field varies over a face: 0 mildly, 2 sharply (edge length against distance).
+    fn crowding(&self, corners: &[Vec3; 3]) -> usize {
+        let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let size = corners.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+        let ratio = size / (self.distance(&centre) - 0.5 * size).max(1e-12);
+        usize::from(ratio > 0.4) + usize::from(ratio > 1.0)
+    }
+
+    /// Distance (m) of a point from the disc.
+    pub fn distance(&self, p: &Vec3) -> f64 {
+        let r = self.frame.transpose() * (p - self.disc.centre);
+        (r.x.hypot(r.y) - self.disc.radius).max(0.0).hypot(r.z)
+    }
+}

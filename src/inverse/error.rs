@@ -1,0 +1,39 @@
+//! Why a fit could not be made.
+
+use crate::fem::FemError;
+
+/// What keeps a recording from being fitted.
+#[derive(Debug, thiserror::Error)]
+pub enum InverseError {
+    /// The model of the phantom could not be built.
+    #[error("the model of the phantom could not be built")]
+    Fem(#[from] FemError),
+    /// The stage was asked to drive the model but was not recorded.
+    #[error("the recording has no stage.csv, so the stage cannot drive the model; the wrench can")]
+    NoStage,
+    /// Nothing in the recording moves the model.
+    #[error("the recording's {pokes} pokes hold no row in which anything moves: nothing can be fitted")]
+    Nothing {
+        /// Number of pokes.
+        pokes: usize,
+    },
+    /// The fit did not converge.
+    #[error(
+        "the fit did not converge: after {iterations} steps the last one still lowered the misfit by {last_gain:.3e} \
+         (misfit {misfit:.6e})"
+    )]
+    NotConverged {
+        /// Steps taken.
+        iterations: usize,
+        /// Gain of the last step.
+        last_gain: f64,
+        /// Misfit reached.
+        misfit: f64,
+    },
+    /// The data do not determine the modulus.
+    #[error("the recording does not determine Young's modulus: {why}")]
+    Undetermined {
+        /// What is missing.
+        why: &'static str,
+    },
+}

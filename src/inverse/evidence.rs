@@ -1,0 +1,312 @@
+//! What a recording says, boiled down to as many numbers as a linear model can use.
+//!
+//! In one poke everything observed is linear in what drives the model: a reading is `P x(t)` plus noise, where
+//! `x` holds the stage's displacement (or the wrench) and, last, the constant 1 on which weight acts, and `P`
+//! depends on the unknown parameters alone. The rows of a poke therefore enter only through `Σ x xᵀ` and
+//! `Σ y xᵀ`: along every principal direction `v` of the drive, all rows act like a single reading
+//! `Σ y (x·v) / √λ` of `√λ P v` with the noise of one row. A recording of any length becomes a few thousand
+//! numbers.
+//!
+//! Noise in the drive itself inflates `Σ x xᵀ`; its expectation is taken off, so that the slopes are not
+//! flattened (errors in variables, Fuller 1987, section 2.2). The error of a marker's rest position is common to
+//! all its readings; it is kept as the sensitivity of each reading to a common shift.
+
+use super::error::InverseError;
+use crate::clock::Rows;
+use crate::geometry::Vec3;
+use crate::observation::{Noise, Recording};
+use nalgebra::{SMatrix, SVector, SymmetricEigen};
+
+/// Entries of the drive: displacement (3) or wrench (6), and the constant on which weight acts.
+pub const DRIVE: usize = 7;
+/// Index of the constant.
+pub const WEIGHT: usize = 6;
+
+/// What drives the model in a poke.
+pub type Drive = SVector<f64, DRIVE>;
+
+/// What sets the tip in motion in the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Driven {
+    /// The stage's displacement: entries 0 to 2 of the drive (m). Force and markers are readings.
+    ByStage,
+    /// The wrench: entries 0 to 5 of the drive (N, N·m). Markers are readings.
+    ByWrench,
+}
+
+/// All rows of one channel along one principal direction of the drive, as one reading.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// `√λ v`: the drive that this reading answers to.
+    pub drive: Drive,
+    /// What was read.
+    pub value: Vec3,
+    /// How much the value moves when every row of the channel is shifted by one unit.
+    pub shift: f64,
+}
+
+/// Pokes at one place.
+#[derive(Debug, Clone)]
+pub struct Site {
+    /// Tip centre on the undeformed surface (m).
+    pub centre: Vec3,
+    /// Radius of the tip (m).
+    pub radius_m: f64,
+    /// Indices of its pokes in the recording.
+    pub pokes: Vec<usize>,
+    /// Readings of the force (N); none when the wrench drives the model.
+    pub force: Vec<Reading>,
+    /// Readings of every marker (m), in the recording's order of markers.
+    pub markers: Vec<Vec<Reading>>,
+}
+
+/// A recording, boiled down.
+#[derive(Debug, Clone)]
+pub struct Evidence {
+    /// What drives the model.
+    pub driven: Driven,
+    /// Pokes by place.
+    pub sites: Vec<Site>,
+    /// Rest position of every marker (m), and rows it was averaged over.
+    pub rest: Vec<(Vec3, usize)>,
+    /// One standard deviation of every channel, as used.
+    pub noise: Noise,
+    /// Measured over stated noise, pooled over axes: force, then marker.
+    pub measured_over_stated: [f64; 2],
+}
+
+/// Principal directions of the drive that carry less than this share of the largest tell nothing that the noise of
+/// the drive would not drown.
+const NEGLIGIBLE: f64 = 1e-3;
+
+/// Two pokes belong to one site when their centres and radii agree within this (m).
+const SAME_PLACE_M: f64 = 1e-6;
+
+#[derive(Clone)]
+struct Sums {
+    count: f64,
+    xx: SMatrix<f64, DRIVE, DRIVE>,
+    yx: SMatrix<f64, 3, DRIVE>,
+    x: Drive,
+}
+
+impl Sums {
+    fn new() -> Self {
+        Self { count: 0.0, xx: SMatrix::zeros(), yx: SMatrix::zeros(), x: Drive::zeros() }
+    }
+
+    fn add(&mut self, x: &Drive, y: &Vec3) {
+        self.count += 1.0;
+        self.xx += x * x.transpose();
+        self.yx += y * x.transpose();
+        self.x += x;
+    }
+
+    /// One reading for every principal direction that carries something.
+    fn readings(&self, drive_variance: &Drive) -> Vec<Reading> {
+        if self.count == 0.0 {
+            return Vec::new();
+        }
+        // Displacement, force and torque differ in unit: compare them after scaling each to its own size.
+        let corrected = self.xx - SMatrix::from_diagonal(&(drive_variance * self.count));
+        let size = Drive::from_fn(|i, _| corrected[(i, i)].max(0.0).sqrt());
+        let noise = drive_variance * self.count;
+        let scale = Drive::from_fn(|i, _| {
+            let heard = size[i] * size[i]
+                > NEGLIGIBLE * size.rows(i / 3 * 3, if i < 6 { 3 } else { 1 }).norm_squared();
+            if heard && size[i] * size[i] > noise[i] * NEGLIGIBLE { 1.0 / size[i] } else { 0.0 }
+        });
+        let d = SMatrix::<f64, DRIVE, DRIVE>::from_diagonal(&scale);
+        let eigen = SymmetricEigen::new(d * corrected * d);
+        let largest = eigen.eigenvalues.max();
+        let mut readings: Vec<Reading> = (0..DRIVE)
+            .filter(|&i| eigen.eigenvalues[i] > NEGLIGIBLE * largest && largest > 0.0)
+            .map(|i| {
+                // With z = D x and z-direction v: x = D⁻¹ z, and rows weighted by (z·v)/√λ.
+                let (lambda, v) = (eigen.eigenvalues[i], eigen.eigenvectors.column(i).into_owned());
+                let weight = d * v / lambda.sqrt();
+                Reading { drive: corrected * weight, value: self.yx * weight, shift: self.x.dot(&weight) }
+            })
+            .collect();
+        readings.sort_by(|a, b| b.drive.norm().total_cmp(&a.drive.norm()));
+        readings
+    }
+}
+
+impl Evidence {
+    /// Boils `recording` down. The stage drives the model when there is one, unless `driven` says otherwise.
+    pub fn new(recording: &Recording, driven: Option<Driven>) -> Result<Self, InverseError> {
+        let driven = match (driven, &recording.stage) {
+            (Some(Driven::ByStage), None) => return Err(InverseError::NoStage),
+            (Some(driven), _) => driven,
+            (None, Some(_)) => Driven::ByStage,
+            (None, None) => Driven::ByWrench,
+        };
+        let rest = recording.rest_positions();
+        let (noise, measured_over_stated) = measured_noise(recording, &rest);
+        let mut sites: Vec<(Site, Sums, Vec<Sums>)> = Vec::new();
+        for (index, poke) in recording.pokes.iter().enumerate() {
+            let found = sites.iter().position(|(s, ..)| {
+                (s.centre - poke.site).norm() < SAME_PLACE_M
+                    && (s.radius_m - poke.radius_m).abs() < SAME_PLACE_M
+            });
+            let at = found.unwrap_or_else(|| {
+                let site = Site {
+                    centre: poke.site,
+                    radius_m: poke.radius_m,
+                    pokes: Vec::new(),
+                    force: Vec::new(),
+                    markers: Vec::new(),
+                };
+                sites.push((site, Sums::new(), vec![Sums::new(); rest.len()]));
+                sites.len() - 1
+            });
+            let (site, force, markers) = &mut sites[at];
+            site.pokes.push(index);
+            let drive = DriveTrack::new(recording, driven);
+            if driven == Driven::ByStage {
+                for i in Rows::new(&recording.wrench.time_s).within(poke.start_s, poke.end_s) {
+                    if let Some(x) = drive.at(recording.wrench.time_s[i], poke.start_s, poke.end_s) {
+                        force.add(&x, &Vec3::from(recording.wrench.force_n[i]));
+                    }
+                }
+            }
+            let first = recording
+                .markers
+                .rows
+                .partition_point(|r| recording.markers.frame_time_s[r.frame as usize] < poke.start_s);
+            let mut at_frame: Option<(u32, Option<Drive>)> = None;
+            for row in &recording.markers.rows[first..] {
+                let time = recording.markers.frame_time_s[row.frame as usize];
+                if time > poke.end_s {
+                    break;
+                }
+                let x = match at_frame {
+                    Some((frame, x)) if frame == row.frame => x,
+                    _ => drive.at(time, poke.start_s, poke.end_s),
+                };
+                at_frame = Some((row.frame, x));
+                if let Some(x) = x {
+                    let m = row.marker as usize;
+                    markers[m].add(&x, &(Vec3::from(row.position_m) - rest[m].0));
+                }
+            }
+        }
+        let drive_variance = drive_variance(&noise, driven);
+        let sites = sites
+            .into_iter()
+            .map(|(mut site, force, markers)| {
+                site.force = force.readings(&drive_variance);
+                site.markers = markers.iter().map(|m| m.readings(&drive_variance)).collect();
+                site
+            })
+            .collect();
+        Ok(Self { driven, sites, rest, noise, measured_over_stated })
+    }
+}
+
+/// Variance of the drive's own noise.
+fn drive_variance(noise: &Noise, driven: Driven) -> Drive {
+    let mut variance = Drive::zeros();
+    for i in 0..3 {
+        match driven {
+            Driven::ByStage => variance[i] = noise.stage_m[i].powi(2),
+            Driven::ByWrench => {
+                variance[i] = noise.force_n[i].powi(2);
+                variance[3 + i] = noise.torque_nm[i].powi(2);
+            }
+        }
+    }
+    variance
+}
+
+/// The drive at any instant of a poke.
+pub struct DriveTrack<'a> {
+    recording: &'a Recording,
+    driven: Driven,
+    rows: Rows<'a>,
+    weight: f64,
+}
+
+impl<'a> DriveTrack<'a> {
+    /// Prepares look-ups in `recording`.
+    pub fn new(recording: &'a Recording, driven: Driven) -> Self {
+        let time = match (driven, &recording.stage) {
+            (Driven::ByStage, Some(stage)) => &stage.time_s,
+            _ => &recording.wrench.time_s,
+        };
+        let acts = recording.phantom.gravity.is_some_and(|g| !g.at_rest);
+        Self { recording, driven, rows: Rows::new(time), weight: f64::from(u8::from(acts)) }
+    }
+
+    /// The drive at `at_s`, from rows inside the poke only; `None` where the recording has a gap.
+    pub fn at(&self, at_s: f64, start_s: f64, end_s: f64) -> Option<Drive> {
+        let mut x = Drive::zeros();
+        x[WEIGHT] = self.weight;
+        match (self.driven, &self.recording.stage) {
+            (Driven::ByStage, Some(stage)) => {
+                let d = self.rows.at(&stage.displacement_m, at_s, start_s, end_s)?;
+                x.fixed_rows_mut::<3>(0).copy_from_slice(&d);
+            }
+            _ => {
+                let wrench = &self.recording.wrench;
+                let f = self.rows.at(&wrench.force_n, at_s, start_s, end_s)?;
+                let m = self.rows.at(&wrench.torque_nm, at_s, start_s, end_s)?;
+                x.fixed_rows_mut::<3>(0).copy_from_slice(&f);
+                x.fixed_rows_mut::<3>(3).copy_from_slice(&m);
+            }
+        }
+        Some(x)
+    }
+}
+
+/// Fewer rest rows than this say too little about the noise to contradict the operator.
+const REST_ROWS: usize = 20;
+
+/// The noise to weigh with: the stated one, or, where the rest interval contradicts it beyond chance (its variance
+/// off by more than four standard errors), the measured one.
+fn measured_noise(recording: &Recording, rest: &[(Vec3, usize)]) -> (Noise, [f64; 2]) {
+    let mut noise = recording.noise;
+    let still = Rows::new(&recording.wrench.time_s).within(f64::NEG_INFINITY, recording.rest_until_s);
+    let mut ratio = [1.0; 2];
+    let rows = still.len();
+    if rows >= REST_ROWS {
+        let n = rows as f64;
+        let mut pooled = 0.0;
+        for axis in 0..3 {
+            let column = || recording.wrench.force_n[still.clone()].iter().map(|f| f[axis]);
+            let mean = column().sum::<f64>() / n;
+            let variance = column().map(|f| (f - mean).powi(2)).sum::<f64>() / (n - 1.0);
+            pooled += variance / noise.force_n[axis].powi(2) / 3.0;
+            noise.force_n[axis] = trusted(noise.force_n[axis], variance, n - 1.0);
+        }
+        ratio[0] = pooled.sqrt();
+    }
+    let mut squares = Vec3::zeros();
+    let mut freedom = 0.0;
+    for row in &recording.markers.rows {
+        if recording.markers.frame_time_s[row.frame as usize] >= recording.rest_until_s {
+            break;
+        }
+        let d = Vec3::from(row.position_m) - rest[row.marker as usize].0;
+        squares += d.component_mul(&d);
+        freedom += 1.0;
+    }
+    freedom -= rest.iter().filter(|(_, n)| *n > 0).count() as f64;
+    if freedom >= REST_ROWS as f64 {
+        let mut pooled = 0.0;
+        for axis in 0..3 {
+            let variance = squares[axis] / freedom;
+            pooled += variance / noise.marker_m[axis].powi(2) / 3.0;
+            noise.marker_m[axis] = trusted(noise.marker_m[axis], variance, freedom);
+        }
+        ratio[1] = pooled.sqrt();
+    }
+    (noise, ratio)
+}
+
+fn trusted(stated: f64, variance: f64, freedom: f64) -> f64 {
+    let contradicted = (variance / (stated * stated) - 1.0).abs() > 4.0 * (2.0 / freedom).sqrt();
+    // A channel that reads exactly zero at rest was set to zero, not measured.
+    if contradicted && variance > 0.0 { variance.sqrt() } else { stated }
+}

@@ -1,0 +1,7 @@
+//! Bundles: the practice recordings read and survive being written, every refusal names its place, and no
+//! mesh file crashes a parser.
+
+mod fixture;
+mod practice;
+mod refusals;
+mod round_trip;
