@@ -2,15 +2,16 @@
 //!
 //! Symbols: `E` Young's modulus (Pa), `k` stiffness of a restraint patch (N/m).
 
-mod error;
-mod evidence;
+mod condensed;
+pub mod experiment;
 pub mod l1;
 mod nnls;
+pub mod nodal;
+pub mod published;
 mod result;
 mod solve_error;
 
-pub use error::InverseError;
-pub use evidence::{DRIVE, Drive, DriveTrack, Driven, Evidence, Reading, Site, WEIGHT};
+pub use condensed::{Condensed, NodalForce};
 pub use nnls::{NonNegative, nnls};
 pub use result::{
     Discretisation, Estimate, Fit, FitMethod, MarkerView, Patch, PatchKind, PokeView, Residual, Sample,

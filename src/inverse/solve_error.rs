@@ -1,5 +1,7 @@
 //! What can go wrong in an optimisation: sizes, values, convergence.
 
+use super::published::StepOneFit;
+
 /// Why an optimisation problem was refused or its solution is not to be trusted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SolveError {
@@ -56,6 +58,18 @@ pub enum SolveError {
         dual: f64,
         /// Distance of the primal from the dual objective, relative to the primal.
         gap: f64,
+    },
+    /// Step one of the published method ran out of steps.
+    #[error(
+        "step one did not meet its stopping rules in {steps} steps: root mean square residual {rms:e} m a point \
+         against an error of {error_m:e} m over all, {bounds} displacements on their bound",
+        steps = last.history_m2.len() - 1, rms = last.psi_m2.sqrt(), bounds = last.at_bound
+    )]
+    StepOne {
+        /// Norm of the observation's error (m).
+        error_m: f64,
+        /// Where it stood.
+        last: Box<StepOneFit>,
     },
     /// A matrix that has to be positive definite, and is not.
     #[error("{what} ({size} × {size}) is not positive definite")]
