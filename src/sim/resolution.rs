@@ -43,13 +43,14 @@ impl PokePlan {
 }
 
 impl Resolution {
-    /// For linear sessions: tip stiffness within 0.2 to 0.3 % of its limit (the refinement study below).
+    /// For linear sessions: tip stiffness within 0.2 % of its limit (the refinement study below; ten tips of two
+    /// random draws were 0.03 to 0.17 % stiff), at 130,000 to 145,000 unknowns.
     pub const SMALL_STRAIN: Self = Self {
         cell_m: 0.010,
-        tip_share: 0.2,
+        tip_share: 0.13,
         spring_share: 0.4,
         spot_share: 0.13,
-        glue_end_m: 0.00125,
+        glue_end_m: 0.0025,
         growth: 0.6,
         halvings: 4,
     };
@@ -106,7 +107,7 @@ mod tests {
 
     /// Against boxes half as large everywhere and a quarter at the rims, whose own error is a quarter or less.
     #[test]
-    fn small_strain_stiffness_is_within_a_third_of_a_per_cent_of_its_limit() {
+    fn small_strain_stiffness_is_within_a_fifth_of_a_per_cent_of_its_limit() {
         let poke = |site_m, direction| PokePlan {
             site_m,
             direction,
@@ -146,7 +147,7 @@ mod tests {
         };
         let (bench, limit) = (stiffness(&draw, &Resolution::SMALL_STRAIN), stiffness(&draw, &fine));
         for (k, exact) in bench.iter().zip(&limit) {
-            assert!((k / exact - 1.0).abs() < 0.0035, "{k} N/m, limit {exact} N/m");
+            assert!((k / exact - 1.0).abs() < 0.002, "{k} N/m, limit {exact} N/m");
         }
     }
 }
