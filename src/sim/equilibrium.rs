@@ -87,11 +87,7 @@ impl Loading<'_> {
             let depth = if step >= remaining * (1.0 - 1e-9) { target_m } else { state.depth_m + step };
             match self.correct(&state, depth)? {
                 Ok(next) => state = next,
-                Err(given_up) if step > whole * 0.5_f64.powi(HALVINGS) => {
-                    // The reason is kept only in the last failure: earlier ones are overcome by a shorter step.
-                    let GivenUp { .. } = given_up;
-                    step *= 0.5;
-                }
+                Err(_) if step > whole * 0.5_f64.powi(HALVINGS) => step *= 0.5,
                 Err(GivenUp { residual, iterations }) => {
                     let reached_m = state.depth_m;
                     let step_m = step;
