@@ -258,12 +258,16 @@ impl Response {
     /// [`Spot::slope`]: column `j` for a unit force along axis `j`. A disc's own near field moves with it and adds
     /// nothing.
     pub fn slope_at(&self, slope: &[Functional; 3], spot: &Spot, tangent: &Vec3) -> Mat3 {
-        let elements =
-            Mat3::from_fn(|i, j| slope[i].iter().map(|&(c, w)| w * self.nodal[j][c as usize]).sum());
+        let elements = self.slope_of_elements(slope);
         match (&self.near, spot.as_disc()) {
             (Some(near), Some((disc, _))) => elements + near.slope_over(&disc, tangent),
             _ => elements,
         }
+    }
+
+    /// [`Response::slope_at`] without the near field: for a disc that moves together with the loaded one.
+    pub fn slope_of_elements(&self, slope: &[Functional; 3]) -> Mat3 {
+        Mat3::from_fn(|i, j| slope[i].iter().map(|&(c, w)| w * self.nodal[j][c as usize]).sum())
     }
 
     /// Displacement of node `node` at `position`: column `j` for a unit force along axis `j`.

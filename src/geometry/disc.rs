@@ -157,7 +157,7 @@ fn clip(triangle: &[Point2; 3], radius: f64) -> Vec<Piece> {
         }
     }
     if kept.is_empty() {
-        let inside = (0..3).all(|i| cross(sub(triangle[(i + 1) % 3], triangle[i]), triangle[i]) >= 0.0);
+        let inside = (0..3).all(|i| cross(sub(triangle[(i + 1) % 3], triangle[i]), triangle[i]) <= 0.0);
         return if inside { vec![Piece::Arc(0.0, std::f64::consts::TAU)] } else { Vec::new() };
     }
     let mut boundary = Vec::with_capacity(6);
@@ -242,6 +242,16 @@ mod tests {
                 assert!((m4 / (pi * a.powi(6) / 8.0) - 1.0).abs() < 1e-9);
             }
         }
+    }
+
+    #[test]
+    fn a_disc_inside_one_triangle_is_whole_and_one_outside_is_nothing() {
+        let triangle = Triangle([Vec3::zeros(), Vec3::new(9.0, 0.0, 0.0), Vec3::new(0.0, 9.0, 0.0)]);
+        let disc = |x: f64| Disc { centre: Vec3::new(x, 2.0, 0.0), normal: Vec3::z(), radius: 0.5 };
+        let area: f64 = disc(3.0).quadrature(&triangle).iter().map(|p| p.weight).sum();
+        assert!((area / disc(3.0).area() - 1.0).abs() < 1e-9);
+        assert!(disc(-3.0).quadrature(&triangle).is_empty());
+        assert!(disc(9.0).quadrature(&triangle).is_empty());
     }
 
     #[test]

@@ -6,8 +6,9 @@
 use super::error::InverseError;
 use super::evidence::Driven;
 use crate::fem::{Functional, Model, Response, Spot, wrench_loads};
-use crate::geometry::{Mat3, Vec3};
+use crate::geometry::Vec3;
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 
 /// Compliance blocks with all sites and a set of restraint discs.
 #[derive(Debug, Clone)]
@@ -222,58 +223,59 @@ impl Bench {
         }
     }
 
-    /// How the blocks change as disc `moved` is shifted along `tangent`. `adjoint` are the responses of the
-    /// markers, through which the markers' blocks follow by reciprocity.
+    /// How the blocks change as the discs `moved` are shifted together along `tangent`. `adjoint` are the responses
+    /// of the markers, through which the markers' blocks follow by reciprocity.
     pub fn shifted(
         &self,
         discs: &[Spot],
         responses: &[Response],
         adjoint: &[Response],
-        moved: usize,
+        moved: &Range<usize>,
         tangent: &Vec3,
     ) -> Blocks {
-        let slope = discs[moved].slope(self.model.space(), tangent);
-        let read = |response: &Response| response.slope_at(&slope, &discs[moved], tangent);
-        let mut sites = Vec::with_capacity(self.tips.len());
-        for tip in &self.tip_responses {
-            let modes = tip.modes();
-            let mut discs_tip = DMatrix::zeros(3 * discs.len(), modes);
-            discs_tip.rows_mut(3 * moved, 3).copy_from(&tip.slope_at(&slope, &discs[moved], tangent));
-            sites.push(SiteBlocks {
-                tip_tip: DMatrix::zeros(3, modes),
-                markers_tip: DMatrix::zeros(3 * self.markers.len(), modes),
-                discs_tip,
-                tip_weight: DMatrix::zeros(3, 1),
-            });
-        }
-        let mut markers_discs = DMatrix::zeros(3 * self.markers.len(), 3 * discs.len());
-        for (m, response) in adjoint.iter().enumerate() {
-            markers_discs.fixed_view_mut::<3, 3>(3 * m, 3 * moved).copy_from(&read(response).transpose());
-        }
-        let mut discs_discs = DMatrix::zeros(3 * discs.len(), 3 * discs.len());
-        for (other, response) in responses.iter().enumerate() {
-            let block: Mat3 = read(response);
-            if other == moved {
-                // C(x, x) changes through both of its places; the two are transposes of each other.
-                discs_discs
-                    .fixed_view_mut::<3, 3>(3 * moved, 3 * moved)
-                    .copy_from(&(block + block.transpose()));
-            } else {
-                discs_discs.fixed_view_mut::<3, 3>(3 * moved, 3 * other).copy_from(&block);
-                discs_discs.fixed_view_mut::<3, 3>(3 * other, 3 * moved).copy_from(&block.transpose());
+        let space = self.model.space();
+        let mut change = Blocks {
+            sites: self
+                .tip_responses
+                .iter()
+                .map(|tip| SiteBlocks {
+                    tip_tip: DMatrix::zeros(3, tip.modes()),
+                    markers_tip: DMatrix::zeros(3 * self.markers.len(), tip.modes()),
+                    discs_tip: DMatrix::zeros(3 * discs.len(), tip.modes()),
+                    tip_weight: DMatrix::zeros(3, 1),
+                })
+                .collect(),
+            markers_discs: DMatrix::zeros(3 * self.markers.len(), 3 * discs.len()),
+            discs_discs: DMatrix::zeros(3 * discs.len(), 3 * discs.len()),
+            markers_weight: DMatrix::zeros(3 * self.markers.len(), 1),
+            discs_weight: DMatrix::zeros(3 * discs.len(), 1),
+        };
+        for at in moved.clone() {
+            let slope = discs[at].slope(space, tangent);
+            for (site, tip) in change.sites.iter_mut().zip(&self.tip_responses) {
+                site.discs_tip.rows_mut(3 * at, 3).copy_from(&tip.slope_at(&slope, &discs[at], tangent));
+            }
+            for (m, response) in adjoint.iter().enumerate() {
+                let block = response.slope_at(&slope, &discs[at], tangent).transpose();
+                change.markers_discs.fixed_view_mut::<3, 3>(3 * m, 3 * at).copy_from(&block);
+            }
+            for (other, response) in responses.iter().enumerate() {
+                // Discs that move together keep their place in each other's near field.
+                let block = if moved.contains(&other) {
+                    response.slope_of_elements(&slope)
+                } else {
+                    response.slope_at(&slope, &discs[at], tangent)
+                };
+                let mut there = change.discs_discs.fixed_view_mut::<3, 3>(3 * at, 3 * other);
+                there += block;
+                let mut back = change.discs_discs.fixed_view_mut::<3, 3>(3 * other, 3 * at);
+                back += block.transpose();
+            }
+            if let Some(nodal) = &self.weight {
+                change.discs_weight.fixed_view_mut::<3, 1>(3 * at, 0).copy_from(&dot(&slope, nodal));
             }
         }
-        let mut discs_weight = DMatrix::zeros(3 * discs.len(), 1);
-        if let Some(nodal) = &self.weight {
-            discs_weight.fixed_view_mut::<3, 1>(3 * moved, 0).copy_from(&dot(&slope, nodal));
-        }
-        Blocks {
-            sites,
-            markers_discs,
-            discs_discs,
-            markers_weight: DMatrix::zeros(3 * self.markers.len(), 1),
-            discs_weight,
-        }
+        change
     }
 }
 

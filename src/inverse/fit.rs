@@ -8,11 +8,11 @@
 use super::blocks::Bench;
 use super::error::InverseError;
 use super::evidence::{Driven, Evidence};
-use super::extrapolate::Pair;
+use super::extrapolate::{Limit, Pair};
 use super::outcome::{Found, outcome};
-use super::problem::Problem;
+use super::problem::{Linearised, Parameter, Problem, State};
 use super::result::Fit;
-use super::search::{adjoint, candidates, search, settle_glue};
+use super::search::{adjoint, candidates, search};
 use crate::fem::{FemError, Model, Order, Resolution, Space, Spot, discretise};
 use crate::mesh::{SurfaceIndex, TetMesh};
 use crate::observation::Recording;
@@ -87,7 +87,6 @@ pub fn fit(
             misfit: at.chi2() / at.residual.len() as f64,
         });
     })?;
-    let found = settle_glue(&problem, found)?;
     progress(Progress::Refining);
     let (found, limit) = if settings.quick {
         (found, None)
@@ -97,7 +96,11 @@ pub fn fit(
             fine: self::problem(recording, &evidence, &level(recording, &tips, 2)?, settings)?,
         };
         let unknowns = pair.fine.bench.model.unknowns();
-        let (found, limit) = pair.correct(&problem, found)?;
+        let (mut found, mut limit) = pair.correct(&problem, found)?;
+        // What the first discretisation's own error looked like is not there any more in the limit.
+        while let Some(state) = without_the_insignificant(&found, &limit) {
+            (found, limit) = pair.correct(&problem, problem.linearise(&state)?)?;
+        }
         (found, Some((limit, unknowns)))
     };
     outcome(
@@ -105,6 +108,30 @@ pub fn fit(
         settings,
         &Found { evidence: &evidence, problem: &problem, at: &found, limit: limit.as_ref() },
     )
+}
+
+/// Springs whose stiffness is known worse than to this share are no finding.
+const SIGNIFICANT: f64 = 0.25;
+
+/// The state less its least significant soft springs, if any are insignificant in the limit.
+fn without_the_insignificant(found: &Linearised, limit: &Limit) -> Option<State> {
+    let covariance = found.covariance()?;
+    let freedom = limit.residual.len().saturating_sub(found.parameters.len()).max(1);
+    let excess = (limit.residual.norm_squared() / freedom as f64).max(1.0);
+    let share = |patch: usize| {
+        let at = found.parameters.iter().position(|q| *q == Parameter::LogSoftness(patch))?;
+        Some((excess * covariance[(at, at)]).sqrt())
+    };
+    let worst = (0..found.state.patches.len())
+        // Softer than the phantom's own compliance under a disc, about 0.5/a: glue is not meant.
+        .filter(|&p| found.state.patches[p].softness * found.state.patches[p].radius_m > 1.0)
+        .filter_map(|p| share(p).map(|share| (p, share)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (worst.1 > SIGNIFICANT).then(|| {
+        let mut state = found.state.clone();
+        state.patches.remove(worst.0);
+        state
+    })
 }
 
 /// The tips' discs on the given mesh.

@@ -115,23 +115,14 @@ impl Problem<'_> {
             for (p, (patch, group)) in state.patches.iter().zip(&mounted.groups).enumerate() {
                 if !self.adjoint.is_empty() {
                     for tangent in tangents(&mounted.discs[group.discs.start]) {
-                        let moved = group
-                            .discs
-                            .clone()
-                            .map(|d| {
-                                self.bench.shifted(
-                                    &mounted.discs,
-                                    &mounted.responses,
-                                    &self.adjoint,
-                                    d,
-                                    &tangent,
-                                )
-                            })
-                            .reduce(|a, b| a.zip(&b, |x, y| x + y));
-                        if let Some(moved) = moved {
-                            changes.push(moved);
-                            parameters.push(Parameter::Shift(p, tangent));
-                        }
+                        changes.push(self.bench.shifted(
+                            &mounted.discs,
+                            &mounted.responses,
+                            &self.adjoint,
+                            &group.discs,
+                            &tangent,
+                        ));
+                        parameters.push(Parameter::Shift(p, tangent));
                     }
                 }
                 if patch.softness > 0.0 {

@@ -9,15 +9,16 @@ use nalgebra::DVector;
 const LONGEST_SHIFT_M: f64 = 6e-3;
 const LONGEST_LOG: f64 = 1.5;
 
-/// A step that promises less than this, in units of what is left per reading, is not worth taking.
-pub(super) const GOOD_ENOUGH: f64 = 1e-3;
+/// A step that promises less than this, in units of what is left per reading, is not worth taking: it moves nothing by
+/// more than a tenth of its standard deviation.
+pub(super) const GOOD_ENOUGH: f64 = 1e-2;
 
 const ITERATIONS: usize = 60;
 
 /// Softness (`E/k` over the phantom's local compliance under the patch) beyond which a patch is as good as absent, and below which it
 /// is as good as glue: the search stays inside.
 const SOFTEST: f64 = 1e4;
-const STIFFEST: f64 = 1e-4;
+const STIFFEST: f64 = 3e-3;
 
 /// Damping of the normal equations after Marquardt (1963), scaled by their diagonal and steered by the ratio of
 /// actual to promised gain (Nielsen 1999).
@@ -70,22 +71,28 @@ impl Damping {
     }
 }
 
-/// Minimises the whitened sum of squares from `start`.
-///
-/// Ends when the promised gain is below a thousandth of what is left per reading; running out of iterations before
-/// that is an error, not a result.
-pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, InverseError> {
+/// How a descent ended.
+pub(super) struct Descent {
+    /// Where.
+    pub(super) at: Linearised,
+    /// Gain of the last step, when the descent ran out of steps before it converged.
+    pub(super) unfinished: Option<f64>,
+}
+
+/// Goes down from `start` until the promised gain is below `enough` in units of what is left per reading, or no step
+/// however short lowers the misfit any more (a minimum up to rounding, or a bound), or steps run out.
+pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Result<Descent, InverseError> {
     let mut at = problem.linearise(start)?;
     let mut damping = Damping::default();
     let mut last_gain = f64::INFINITY;
     for _ in 0..ITERATIONS {
-        let enough = GOOD_ENOUGH * unit(&at);
+        let enough = enough * unit(&at);
         let Some((step, promised)) = damping.step(&at, &at.residual) else {
             damping.refused();
             continue;
         };
         if promised < enough {
-            return Ok(at);
+            return Ok(Descent { at, unfinished: None });
         }
         let tried = problem.linearise(&bounded(problem.moved(&at, &step), problem))?;
         let gain = at.chi2() - tried.chi2();
@@ -94,14 +101,24 @@ pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, Inverse
             damping.accepted(gain / promised);
             at = tried;
             if gain < enough {
-                return Ok(at);
+                return Ok(Descent { at, unfinished: None });
             }
         } else if damping.refused() {
-            // No step however short lowers the misfit any more: a minimum up to rounding, or a bound.
-            return Ok(at);
+            return Ok(Descent { at, unfinished: None });
         }
     }
-    Err(InverseError::NotConverged { iterations: ITERATIONS, last_gain, misfit: at.chi2() })
+    Ok(Descent { at, unfinished: Some(last_gain) })
+}
+
+/// Minimises the whitened sum of squares from `start`. Running out of steps is an error, not a result.
+pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, InverseError> {
+    let Descent { at, unfinished } = descend(problem, start, GOOD_ENOUGH)?;
+    match unfinished {
+        None => Ok(at),
+        Some(last_gain) => {
+            Err(InverseError::NotConverged { iterations: ITERATIONS, last_gain, misfit: at.chi2() })
+        }
+    }
 }
 
 /// What is left per reading, never less than the noise: the unit in which gains are judged.
@@ -110,11 +127,14 @@ pub(super) fn unit(at: &Linearised) -> f64 {
     (at.chi2() / freedom as f64).max(1.0)
 }
 
-/// Keeps every softness between glue and absence.
+/// Keeps every softness between glue and absence; one as small as glue's becomes glue.
 pub(super) fn bounded(mut state: State, problem: &Problem<'_>) -> State {
     for patch in state.patches.iter_mut().filter(|patch| patch.softness > 0.0) {
         let [_, local] = disc_self_compliance(patch.radius_m, problem.bench.model.poisson_ratio());
-        patch.softness = patch.softness.clamp(STIFFEST * local, SOFTEST * local);
+        patch.softness = patch.softness.min(SOFTEST * local);
+        if patch.softness < STIFFEST * local {
+            patch.softness = 0.0;
+        }
     }
     state
 }

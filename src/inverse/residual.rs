@@ -39,7 +39,7 @@ impl<'a> Whitening<'a> {
     }
 
     /// Number of whitened readings.
-    pub fn len(&self) -> usize {
+    pub fn readings(&self) -> usize {
         self.evidence
             .sites
             .iter()
@@ -62,7 +62,7 @@ impl<'a> Whitening<'a> {
         value: impl Fn(&Reading, &DMatrix<f64>, usize) -> Vec3,
         prediction: &Prediction,
     ) -> DVector<f64> {
-        let mut out = Vec::with_capacity(self.len());
+        let mut out = Vec::with_capacity(self.readings());
         for ((site, map), l) in self.evidence.sites.iter().zip(&prediction.sites).zip(&self.force) {
             for reading in &site.force {
                 out.extend_from_slice((l * value(reading, &map.force, 0)).as_slice());

@@ -9,7 +9,7 @@
 use super::error::InverseError;
 use super::forward::{Change, Forward, NewDisc};
 use super::problem::{Linearised, Problem, State};
-use super::refit::{refit, unit};
+use super::refit::{Descent, descend, refit, unit};
 use super::residual::Whitening;
 use super::restraint::{Mounted, Restraint};
 use crate::fem::{Response, Spot, disc_self_compliance};
@@ -20,6 +20,9 @@ use rayon::prelude::*;
 /// A patch must lower the sum of squares by this much, in units of what is left per reading: it has three
 /// parameters and was picked from the whole surface (a chance of about 1e-4 after some 100 independent places).
 const WORTHWHILE: f64 = 30.0;
+
+/// While patches come and go a descent may end when it promises less than this: far less than a patch must bring.
+const ROUGH: f64 = 1.0;
 
 /// More patches than this mean that something else is wrong with the model.
 const MOST_PATCHES: usize = 6;
@@ -156,18 +159,15 @@ pub fn search(
             break;
         }
         let grown = with_patch(problem, &at, candidates[best].centre, patch_radius_m)?;
-        // A patch that explains nothing wanders: it is given up, not waited for.
-        let grown = match refit(problem, &grown) {
-            Err(InverseError::NotConverged { .. }) => break,
-            other => other?,
-        };
+        // Where it converges does not matter yet: the next patch may move this one.
+        let Descent { at: grown, .. } = descend(problem, &grown, ROUGH)?;
         if at.chi2() - grown.chi2() < WORTHWHILE * unit(&grown) {
             break;
         }
-        at = pruned(problem, grown)?;
+        at = settle_glue(problem, pruned(problem, grown)?)?;
         tell(&at);
     }
-    Ok(at)
+    refit(problem, &at.state)
 }
 
 /// Adds a patch at `centre` with the softness that, of a wide range, explains most (the modulus adjusted).
@@ -178,31 +178,35 @@ fn with_patch(
     radius_m: f64,
 ) -> Result<State, InverseError> {
     let mut state = at.state.clone();
-    state.patches.push(Restraint { centre, radius_m, softness: 1.0, glued: false });
+    let [_, local] = disc_self_compliance(radius_m, problem.bench.model.poisson_ratio());
+    state.patches.push(Restraint { centre, radius_m, softness: local, glued: false });
     let mut mounted = Mounted::new(&problem.bench, &problem.search, &state.patches)?;
     let last = mounted.groups.len() - 1;
-    let own = {
-        let disc = mounted.groups[last].discs.start;
-        (0..3).map(|i| mounted.blocks.discs_discs[(3 * disc + i, 3 * disc + i)]).sum::<f64>() / 3.0
-    };
-    let mut best = (f64::INFINITY, own, state.modulus);
-    for step in -8..=8 {
-        let softness = own * 10.0_f64.powf(0.25 * f64::from(step));
+    let mut best: Option<(f64, f64, f64)> = None;
+    for step in -6..=10 {
+        let softness = local * 10.0_f64.powf(0.25 * f64::from(step));
         mounted.groups[last].softness = softness;
-        let mut modulus = at.state.modulus;
-        for _ in 0..3 {
-            let (residual, _) = problem.residual(&mounted, modulus)?;
-            let sensitivity: DVector<f64> = problem.modulus_sensitivity(&mounted, modulus)?;
-            modulus *= (sensitivity.dot(&residual) / sensitivity.norm_squared()).clamp(-0.5, 0.5).exp();
-        }
-        let chi2 = problem.residual(&mounted, modulus)?.0.norm_squared();
-        if chi2 < best.0 {
-            best = (chi2, softness, modulus);
+        let (chi2, modulus) = with_modulus(problem, &mounted, at.state.modulus)?;
+        if best.is_none_or(|(least, ..)| chi2 < least) {
+            best = Some((chi2, softness, modulus));
         }
     }
-    state.patches[last].softness = best.1;
-    state.modulus = best.2;
+    if let Some((_, softness, modulus)) = best {
+        state.patches[last].softness = softness;
+        state.modulus = modulus;
+    }
     Ok(state)
+}
+
+/// Sum of squares with the best modulus for restraint that is on the model, and that modulus.
+fn with_modulus(problem: &Problem<'_>, mounted: &Mounted, start: f64) -> Result<(f64, f64), InverseError> {
+    let mut modulus = start;
+    for _ in 0..3 {
+        let (residual, _) = problem.residual(mounted, modulus)?;
+        let sensitivity: DVector<f64> = problem.modulus_sensitivity(mounted, modulus)?;
+        modulus *= (sensitivity.dot(&residual) / sensitivity.norm_squared()).clamp(-0.5, 0.5).exp();
+    }
+    Ok((problem.residual(mounted, modulus)?.0.norm_squared(), modulus))
 }
 
 /// Takes out, one at a time, patches that the others can do without.
@@ -214,7 +218,7 @@ fn pruned(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseEr
             for p in 0..at.state.patches.len() {
                 let mut state = at.state.clone();
                 state.patches.remove(p);
-                let less = refit(problem, &state)?;
+                let Descent { at: less, .. } = descend(problem, &state, ROUGH)?;
                 if less.chi2() - at.chi2() < WORTHWHILE * unit(&at)
                     && without.as_ref().is_none_or(|w| less.chi2() < w.chi2())
                 {
@@ -229,15 +233,18 @@ fn pruned(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseEr
     }
 }
 
-/// Radii (m) at which a spot that may be glued is tried.
-const GLUE_RADII_M: [f64; 7] = [0.003, 0.005, 0.007, 0.009, 0.012, 0.015, 0.02];
+/// Radii (m) at which a spot that may be glued is tried first.
+const GLUE_RADII_M: [f64; 6] = [0.003, 0.005, 0.0075, 0.011, 0.016, 0.022];
+
+/// The radius is settled to this share of itself.
+const RADIUS_SHARE: f64 = 0.02;
 
 /// A patch softer than this share of the phantom's local compliance under it (the half-space's) is no glue.
 const NEARLY_GLUE: f64 = 0.4;
 
 /// Replaces stiff patches (with any that sit on the same spot) by glue, where glue explains the recording as well
 /// with fewer parameters. The spot's radius is estimated.
-pub(super) fn settle_glue(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
+fn settle_glue(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
     let mut at = at;
     for p in 0..MOST_PATCHES {
         let Some(patch) = at.state.patches.get(p) else { break };
@@ -246,16 +253,7 @@ pub(super) fn settle_glue(problem: &Problem<'_>, at: Linearised) -> Result<Linea
             continue;
         }
         let centre = patch.centre;
-        let mut best: Option<Linearised> = None;
-        for radius_m in GLUE_RADII_M {
-            let mut state = at.state.clone();
-            state.patches.retain(|other| (other.centre - centre).norm() > radius_m + 0.5 * other.radius_m);
-            state.patches.push(Restraint { centre, radius_m, softness: 0.0, glued: true });
-            let Ok(tried) = refit(problem, &state) else { continue };
-            if best.as_ref().is_none_or(|b| tried.chi2() < b.chi2()) {
-                best = Some(tried);
-            }
-        }
+        let best = glued_at(problem, &at.state, centre)?;
         if let Some(glued) = best {
             let spared = at.parameters.len() as f64 - glued.parameters.len() as f64;
             if glued.chi2() - at.chi2() < (2.7 + 2.0 * spared.max(0.0)) * unit(&at) {
@@ -264,6 +262,48 @@ pub(super) fn settle_glue(problem: &Problem<'_>, at: Linearised) -> Result<Linea
         }
     }
     Ok(at)
+}
+
+/// The best glued spot about `centre`: its radius first among a few, then, in turn with everything else, by ever
+/// smaller steps. `None` when no radius fits on the body.
+fn glued_at(problem: &Problem<'_>, state: &State, centre: Vec3) -> Result<Option<Linearised>, InverseError> {
+    let with = |radius_m: f64| {
+        let mut state = state.clone();
+        state.patches.retain(|other| (other.centre - centre).norm() > radius_m + 0.5 * other.radius_m);
+        state.patches.push(Restraint { centre, radius_m, softness: 0.0, glued: true });
+        state
+    };
+    let misfit = |state: &State| -> Option<f64> {
+        let mounted = Mounted::new(&problem.bench, &problem.search, &state.patches).ok()?;
+        with_modulus(problem, &mounted, state.modulus).ok().map(|(chi2, _)| chi2)
+    };
+    let mut tried = Vec::new();
+    for radius_m in GLUE_RADII_M {
+        if let Some(chi2) = misfit(&with(radius_m)) {
+            tried.push((radius_m, chi2));
+        }
+    }
+    let Some(&(radius_m, _)) = tried.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Ok(None) };
+    let Descent { mut at, .. } = descend(problem, &with(radius_m), ROUGH)?;
+    let mut share = 0.2;
+    while share > RADIUS_SHARE {
+        let sized = |factor: f64| {
+            let mut state = at.state.clone();
+            if let Some(patch) = state.patches.last_mut() {
+                patch.radius_m *= factor;
+            }
+            state
+        };
+        let best = [1.0 - share, 1.0 + share]
+            .into_iter()
+            .filter_map(|factor| misfit(&sized(factor)).map(|chi2| (factor, chi2)))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        match best {
+            Some((factor, chi2)) if chi2 < at.chi2() => at = descend(problem, &sized(factor), ROUGH)?.at,
+            _ => share *= 0.5,
+        }
+    }
+    Ok(Some(at))
 }
 
 /// Responses to a force on every marker, by which their compliance with any place on the surface is known.
