@@ -26,8 +26,11 @@ fn slab() -> (Model, Vec<Spot>, Vec<Spot>) {
         let all: Vec<usize> = (0..model.space().faces().len()).collect();
         Spot::disc(model.space(), &all, &centre, radius).expect("on the surface")
     });
+    let on_top = model.space().surface("z+");
+    let rigid = Spot::rigid_disc(model.space(), on_top, &Vec3::new(0.075, 0.025, 0.025), 0.007);
+    let discs = [&discs[..], &[rigid.expect("on the top")]].concat();
     let markers = seen.map(|p| Spot::marker(model.space(), &mesh, "z+", &p).expect("attached").0);
-    (model, discs.to_vec(), markers.to_vec())
+    (model, discs, markers.to_vec())
 }
 
 fn gaps(spots: &[&Spot], responses: &[Response]) -> Vec<f64> {
