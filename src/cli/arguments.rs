@@ -3,6 +3,7 @@
 use super::block_mesh::BlockArguments;
 use super::check::CheckArguments;
 use super::completions::CompletionArguments;
+use super::draw::DrawArguments;
 use super::fit::FitArguments;
 use clap::{Parser, Subcommand};
 
@@ -36,6 +37,7 @@ pub(super) enum Command {
     Fit(FitArguments),
     Check(CheckArguments),
     Mesh(MeshArguments),
+    Draw(DrawArguments),
     Completions(CompletionArguments),
 }
 

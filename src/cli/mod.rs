@@ -22,6 +22,7 @@ mod block_mesh;
 mod check;
 mod check_text;
 mod completions;
+mod draw;
 mod fit;
 mod outcome;
 mod progress;

@@ -2,7 +2,7 @@
 
 use super::arguments::{Cli, Command, Shape};
 use super::staged::clean_up_on_interrupt;
-use super::{Context, Exit, Outcome, Progress, UsageError, block_mesh, check, completions, fit};
+use super::{Context, Exit, Outcome, Progress, UsageError, block_mesh, check, completions, draw, fit};
 use anyhow::Context as _;
 use clap::Parser;
 use std::io::{self, ErrorKind, Write};
@@ -40,6 +40,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Mesh(arguments) => match &arguments.shape {
             Shape::Block(arguments) => block_mesh::run(arguments, &context),
         },
+        Command::Draw(arguments) => draw::run(arguments, &context),
         Command::Completions(arguments) => Ok(completions::run(arguments)),
     }
 }

@@ -125,13 +125,13 @@ impl<'a> Forward<'a> {
                 let (start, count) = (rows.start, rows.len());
                 // dC' = + C_·D M⁻¹ dM M⁻¹ C_D·, dM = 1 on the group's diagonal.
                 let (p, w) = (pull.rows(start, count), pull_weight.rows(start, count));
-                let tip = (&self.inverse.rows(start, count) * &tip_discs.transpose()).transpose();
+                let tip = (self.inverse.rows(start, count) * &tip_discs.transpose()).transpose();
                 let markers = &b.markers_discs * self.inverse.columns(start, count);
                 Some(Held {
-                    tip_tip: &tip * &p,
-                    markers_tip: &markers * &p,
-                    tip_weight: &tip * &w,
-                    markers_weight: &markers * &w,
+                    tip_tip: &tip * p,
+                    markers_tip: &markers * p,
+                    tip_weight: &tip * w,
+                    markers_weight: &markers * w,
                 })
             }
             Change::Blocks(d) => {
@@ -193,7 +193,7 @@ impl<'a> Forward<'a> {
                         let inverse = held.tip_tip.columns(0, 3).into_owned().try_inverse()?;
                         let mut force = DMatrix::zeros(3, DRIVE);
                         let mut markers = DMatrix::zeros(held.markers_tip.nrows(), DRIVE);
-                        let carried = &held.markers_tip.columns(0, 3) * &inverse;
+                        let carried = held.markers_tip.columns(0, 3) * &inverse;
                         force.columns_mut(0, 3).copy_from(&(&inverse * self.modulus));
                         force.column_mut(WEIGHT).copy_from(&(-(&inverse * &held.tip_weight)).column(0));
                         let sag = (&held.markers_weight - &carried * &held.tip_weight) / self.modulus;
@@ -236,7 +236,7 @@ impl<'a> Forward<'a> {
                         let mut markers = DMatrix::zeros(held.markers_tip.nrows(), DRIVE);
                         match moved {
                             None => {
-                                let carried = &held.markers_tip.columns(0, 3) * &h;
+                                let carried = held.markers_tip.columns(0, 3) * &h;
                                 force.columns_mut(0, 3).copy_from(&(&h * self.modulus));
                                 let sag =
                                     (&held.markers_weight - &carried * &held.tip_weight) / -self.modulus;
@@ -244,9 +244,9 @@ impl<'a> Forward<'a> {
                             }
                             Some(moved) => {
                                 let dh = -(&h * moved.tip_tip.columns(0, 3) * &h);
-                                let carried = &held.markers_tip.columns(0, 3) * &h;
-                                let dcarried = &moved.markers_tip.columns(0, 3) * &h
-                                    + &held.markers_tip.columns(0, 3) * &dh;
+                                let carried = held.markers_tip.columns(0, 3) * &h;
+                                let dcarried = moved.markers_tip.columns(0, 3) * &h
+                                    + held.markers_tip.columns(0, 3) * &dh;
                                 force.columns_mut(0, 3).copy_from(&(&dh * self.modulus));
                                 let dforce = -(&dh * &held.tip_weight + &h * &moved.tip_weight);
                                 force.column_mut(WEIGHT).copy_from(&dforce.column(0));

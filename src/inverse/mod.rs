@@ -1,29 +1,43 @@
 //! Which parameters explain the observations, and how surely.
 //!
-//! Symbols: `E` Young's modulus (Pa), `k` stiffness of a restraint patch (N/m).
+//! [`fit`] is the default method: it explains a recording of pokes with the modulus and with patches that slide on
+//! the search surface. [`published`] is the two-step method that this work grew from, [`nodal`] the default method's
+//! counterpart on a fixed set of nodes; [`experiment`] pits the two against each other on the published block.
+//!
+//! Symbols: `E` Young's modulus (Pa), `k` stiffness of a restraint patch (N/m), `s = E/k` its softness (1/m),
+//! `C` compliance for a unit modulus (1/m).
 
 mod blocks;
+mod condensed;
 mod error;
 mod evidence;
+pub mod experiment;
 mod extrapolate;
 mod fit;
 mod forward;
+pub mod l1;
+mod nnls;
+pub mod nodal;
 mod outcome;
 mod problem;
+pub mod published;
 mod refit;
 mod residual;
 mod restraint;
 mod result;
 mod rows;
 mod search;
+mod solve_error;
 mod view;
 
 pub use blocks::{Bench, Blocks, SiteBlocks, TipResponse};
+pub use condensed::{Condensed, NodalForce};
 pub use error::InverseError;
 pub use evidence::{DRIVE, Drive, DriveTrack, Driven, Evidence, Reading, Site, WEIGHT};
 pub use extrapolate::{Limit, Pair};
 pub use fit::{Progress, Settings, fit};
 pub use forward::{Change, Forward, Group, NewDisc, Prediction, SitePrediction};
+pub use nnls::{NonNegative, nnls};
 pub use problem::{Linearised, Parameter, Problem, State};
 pub use refit::refit;
 pub use residual::Whitening;
@@ -32,3 +46,4 @@ pub use result::{
     Discretisation, Estimate, Fit, FitMethod, MarkerView, Patch, PatchKind, PokeView, Residual, Sample,
 };
 pub use search::{Candidate, candidates, search};
+pub use solve_error::SolveError;

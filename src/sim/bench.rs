@@ -2,11 +2,18 @@
 
 use super::SimError;
 use super::draw::{Draw, PokePlan};
+use super::equilibrium::Loading;
+use super::large_strain::LargeStrain;
 use super::linear::condense;
 use super::load_path::{Knot, LoadPath, State};
+use super::neo_hookean::NeoHookean;
 use super::resolution::Resolution;
 use super::supports::Support;
 use super::unknowns::Row;
+use rayon::prelude::*;
+
+/// Depth of one step at finite strain, in radii of the tip.
+const STEP_SHARE: f64 = 0.15;
 
 /// Force and displacements of the `watched` points (m, on the surface) for each poke, small strain.
 ///
@@ -45,9 +52,46 @@ pub(super) fn linear_paths(
     Ok(paths.collect())
 }
 
-/// Whether two pokes put the same disc at the same place.
+/// Force and displacements of the `watched` points (m, on the surface) for each poke, finite strain.
+///
+/// Each tip goes down to the deepest of its pokes on a mesh of its own; tips are computed side by side.
+pub(super) fn finite_paths(
+    draw: &Draw,
+    watched: &[[f64; 3]],
+    resolution: &Resolution,
+) -> Result<Vec<LoadPath>, SimError> {
+    let sites = distinct_tips(&draw.pokes);
+    let paths: Vec<LoadPath> =
+        sites.par_iter().map(|tip| finite_path(draw, tip, watched, resolution)).collect::<Result<_, _>>()?;
+    let of_tip =
+        |poke: &PokePlan| sites.iter().position(|s| same_tip(s, poke)).expect("every poke has its tip");
+    Ok(draw.pokes.iter().map(|poke| paths[of_tip(poke)].clone()).collect())
+}
+
+fn finite_path(
+    draw: &Draw,
+    tip: &PokePlan,
+    watched: &[[f64; 3]],
+    resolution: &Resolution,
+) -> Result<LoadPath, SimError> {
+    let unknowns = resolution.mesh(draw, &[*tip])?;
+    let mut supports = vec![Support { row: tip.patch(draw)?.mean(&unknowns), compliance: 0.0 }];
+    for restraint in &draw.restraints {
+        supports.extend(restraint.supports(&unknowns)?);
+    }
+    let watched: Vec<Row> = watched.iter().map(|&p| unknowns.row_at(p)).collect();
+    let material = NeoHookean::new(draw.young_modulus_pa, draw.poisson_ratio);
+    let block = LargeStrain::new(&unknowns, material)?;
+    let loading =
+        Loading { block: &block, supports: &supports, watched: &watched, direction: tip.direction.into() };
+    let deepest = draw.pokes.iter().filter(|p| same_tip(p, tip)).map(|p| p.depth_m).fold(0.0, f64::max);
+    let steps = (deepest / (STEP_SHARE * tip.radius_m)).ceil().max(1.0) as usize;
+    Ok(LoadPath::new(loading.path(deepest, steps)?))
+}
+
+/// Whether two pokes move the same disc along the same line.
 fn same_tip(a: &PokePlan, b: &PokePlan) -> bool {
-    a.site_m == b.site_m && a.radius_m == b.radius_m
+    a.site_m == b.site_m && a.radius_m == b.radius_m && a.direction == b.direction
 }
 
 /// One poke for every distinct tip.

@@ -23,10 +23,21 @@ pub struct Draw {
     pub restraints: Vec<Restraint>,
     /// Pokes in order.
     pub pokes: Vec<PokePlan>,
+    /// Small or finite strain; concealed.
+    pub kinematics: Kinematics,
     /// The instruments.
     pub instruments: Instruments,
     /// Edge of the boxes from which the fit's tetrahedra are cut (m).
     pub fit_cell_m: f64,
+}
+
+/// How the phantom's deformation is described.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kinematics {
+    /// Linear elasticity.
+    SmallStrain,
+    /// Compressible neo-Hookean solid, total Lagrangian.
+    FiniteStrain,
 }
 
 /// One poke: approach at a constant rate, hold, retreat at the same rate.

@@ -53,6 +53,23 @@ pub enum SimError {
         /// Number of support functions.
         supports: usize,
     },
+    /// Finite strain: no equilibrium was found.
+    #[error(
+        "no equilibrium beyond {reached_m:.6} m of {wanted_m:.6} m: the step was cut to {step_m:e} m and the \
+         residual is still {residual:e} of the tip force after {iterations} iterations"
+    )]
+    NoEquilibrium {
+        /// Depth of the last equilibrium (m).
+        reached_m: f64,
+        /// Depth asked for (m).
+        wanted_m: f64,
+        /// Smallest step tried (m).
+        step_m: f64,
+        /// Relative residual at the end of the last attempt.
+        residual: f64,
+        /// Newton iterations in the last attempt.
+        iterations: usize,
+    },
     /// The linear system could not be factored or solved.
     #[error("solving the bench's equations failed")]
     Solve(#[from] crate::sparse::SparseError),

@@ -159,6 +159,11 @@ impl HexMesh {
         std::array::from_fn(|a| high[a] - low[a])
     }
 
+    /// Edge lengths (m) of the box at a point (m).
+    pub(super) fn size_at(&self, point: [f64; 3]) -> [f64; 3] {
+        self.size(self.cells[self.locate(point).0])
+    }
+
     /// Position (m) along an axis of a place counted in boxes of the first grid.
     fn plane(&self, axis: usize, count: f64) -> f64 {
         let planes = &self.planes[axis];

@@ -140,3 +140,30 @@ pub(super) fn markers(draw: &Draw, timeline: &Timeline, paths: &[LoadPath], site
     }
     Markers { numbers: (1..=sites.len() as u32).collect(), frame_time_s, rows }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Unit variance, and a correlation of 1/e after `time_s`: over 2000 such times the estimates have standard
+    /// deviations of about √(1/2000) and √(0.86/2000).
+    #[test]
+    fn a_wandering_error_has_its_size_and_its_memory() {
+        let wander = Wander { force_n: 1.0, marker_m: 1.0, time_s: 5.0 };
+        let mut rng = stream(1, Use::Wrench);
+        let mut wanderer = Wanderer::new(&wander, 0.1, &mut rng);
+        let values: Vec<f64> = (0..100_000).map(|_| wanderer.step(&mut rng)[0]).collect();
+        let product = |lag: usize| {
+            values.iter().zip(&values[lag..]).map(|(a, b)| a * b).sum::<f64>() / (values.len() - lag) as f64
+        };
+        assert!((product(0) - 1.0).abs() < 0.12, "variance {}", product(0));
+        let memory = product(50) / product(0);
+        assert!((memory - (-1.0_f64).exp()).abs() < 0.1, "correlation {memory}");
+    }
+
+    #[test]
+    fn instruments_show_decimals() {
+        assert_eq!(rounded(0.012_345_678, FORCE_DIGITS), 0.01235);
+        assert!(rounded(-1e-9, FORCE_DIGITS).is_sign_positive());
+    }
+}

@@ -15,14 +15,18 @@
 //! Symbols: `E` Young's modulus (Pa), `K` stiffness, `C` compliance, `u` displacement (m), `ν` Poisson's ratio.
 
 mod bench;
+mod demo;
 mod draw;
+mod equilibrium;
 mod error;
 mod fit_mesh;
 mod hex_mesh;
 mod instruments;
+mod large_strain;
 mod legendre;
 mod linear;
 mod load_path;
+mod neo_hookean;
 mod quadratic;
 mod random;
 mod record;
@@ -30,14 +34,19 @@ mod resolution;
 mod seed;
 mod supports;
 mod timeline;
+mod truth;
 mod unknowns;
+#[cfg(test)]
+mod verification_large_strain;
 #[cfg(test)]
 mod verification_linear;
 
-pub use draw::{Draw, Instruments, PokePlan, Wander};
+pub use demo::demo;
+pub use draw::{Draw, Instruments, Kinematics, PokePlan, Wander};
 pub use error::SimError;
 pub use hex_mesh::Slab;
 pub use random::draw;
 pub use record::record;
 pub use resolution::Resolution;
 pub use supports::Restraint;
+pub use truth::{TrueRestraint, Truth};

@@ -1,6 +1,6 @@
 //! A random bench session: one member of the family over which the fit's stated uncertainty is checked.
 
-use super::draw::{Draw, Instruments, PokePlan};
+use super::draw::{Draw, Instruments, Kinematics, PokePlan};
 use super::hex_mesh::Slab;
 use super::seed::{Use, stream};
 use super::supports::Restraint;
@@ -52,6 +52,7 @@ pub fn draw(seed: u64) -> Draw {
         modulus_range_pa: [5e3, 2e4],
         restraints,
         pokes,
+        kinematics: Kinematics::SmallStrain,
         instruments: Instruments::default(),
         fit_cell_m: 0.0065,
     }

@@ -1,8 +1,8 @@
 //! A draw turned into the recording that its bench session would leave.
 
 use super::SimError;
-use super::bench::linear_paths;
-use super::draw::Draw;
+use super::bench::{finite_paths, linear_paths};
+use super::draw::{Draw, Kinematics};
 use super::fit_mesh::fit_mesh;
 use super::instruments::{marker_sites, markers, stage, wrench};
 use super::resolution::Resolution;
@@ -19,7 +19,10 @@ const MAX_STANDOFF_M: f64 = 0.010;
 pub fn record(draw: &Draw) -> Result<Recording, SimError> {
     let timeline = Timeline::new(&draw.pokes, draw.instruments.pause_s)?;
     let sites = marker_sites(draw);
-    let paths = linear_paths(draw, &sites, &Resolution::SMALL_STRAIN)?;
+    let paths = match draw.kinematics {
+        Kinematics::SmallStrain => linear_paths(draw, &sites, &Resolution::SMALL_STRAIN)?,
+        Kinematics::FiniteStrain => finite_paths(draw, &sites, &Resolution::FINITE_STRAIN)?,
+    };
     let pokes = (1..).zip(&timeline.pokes).map(|(number, scheduled)| Poke {
         number,
         site: Vec3::from(scheduled.plan.site_m),

@@ -2,7 +2,7 @@
 
 use super::SimError;
 use super::draw::{Draw, PokePlan};
-use super::hex_mesh::{Feature, Grading, HexMesh, Place};
+use super::hex_mesh::{Feature, Grading, HexMesh, Place, Slab};
 use super::supports::{Patch, Restraint};
 use super::unknowns::Unknowns;
 use crate::geometry::Vec3;
@@ -26,6 +26,15 @@ pub struct Resolution {
     pub halvings: u32,
 }
 
+/// The glue seems to reach further than it does by this share of the boxes at its end.
+///
+/// Why: the stress at the end of the glue is singular (r^(−1/2)). Elements that do not know it are too stiff by an
+/// energy in proportion to their size and to the energy that would be released if the glue let go a little
+/// further, which is just what moving its end does. So the mesh's glue ends earlier by this share, and the error
+/// of first order is gone. Measured against refinement down to 0.3 mm for sites at 10 to 40 mm from the end: 0.21 to
+/// 0.28, with 1.3 mm and 0.6 mm boxes alike; the test below sees what is left.
+const GLUE_OVERREACH: f64 = 0.22;
+
 impl PokePlan {
     /// The disc of the tip on the undeformed surface.
     pub(super) fn patch(&self, draw: &Draw) -> Result<Patch, SimError> {
@@ -34,15 +43,27 @@ impl PokePlan {
 }
 
 impl Resolution {
-    /// Tip stiffness within 0.5 % of its limit, 0.2 % away from the end of the glue (the refinement study below).
+    /// For linear sessions: tip stiffness within 0.2 % of its limit (the refinement study below; ten tips of two
+    /// random draws were 0.03 to 0.17 % stiff), at 130,000 to 145,000 unknowns.
     pub const SMALL_STRAIN: Self = Self {
         cell_m: 0.010,
-        tip_share: 0.2,
+        tip_share: 0.13,
         spring_share: 0.4,
         spot_share: 0.13,
-        glue_end_m: 0.00125,
+        glue_end_m: 0.0025,
         growth: 0.6,
         halvings: 4,
+    };
+
+    /// For large strain, where every Newton step costs a factorisation and each tip has a mesh of its own.
+    pub const FINITE_STRAIN: Self = Self {
+        cell_m: 0.0125,
+        tip_share: 0.4,
+        spring_share: 0.65,
+        spot_share: 0.3,
+        glue_end_m: 0.002,
+        growth: 0.8,
+        halvings: 3,
     };
 
     /// The mesh for the tips of `pokes` and all restraints of `draw`.
@@ -61,7 +82,11 @@ impl Resolution {
         }
         let Self { cell_m, growth, halvings, .. } = *self;
         let grading = Grading { cell_m, growth, halvings };
-        Ok(Unknowns::new(HexMesh::new(draw.slab, &features, &grading)?))
+        let first = HexMesh::new(draw.slab, &features, &grading)?;
+        let box_m = first.size_at([draw.slab.glue_end_m, 0.5 * draw.slab.size_m[1], 0.0])[0];
+        let glue_end_m = draw.slab.glue_end_m - GLUE_OVERREACH * box_m;
+        features[0].place = Place::GlueEnd { x: glue_end_m };
+        Ok(Unknowns::new(HexMesh::new(Slab { glue_end_m, ..draw.slab }, &features, &grading)?))
     }
 }
 
@@ -69,8 +94,7 @@ impl Resolution {
 mod tests {
     use super::*;
     use crate::sim::bench::linear_paths;
-    use crate::sim::draw::Instruments;
-    use crate::sim::hex_mesh::Slab;
+    use crate::sim::draw::{Instruments, Kinematics};
 
     /// Stiffness of each tip along its direction (N/m).
     fn stiffness(draw: &Draw, resolution: &Resolution) -> Vec<f64> {
@@ -83,7 +107,7 @@ mod tests {
 
     /// Against boxes half as large everywhere and a quarter at the rims, whose own error is a quarter or less.
     #[test]
-    fn small_strain_stiffness_is_near_its_limit() {
+    fn small_strain_stiffness_is_within_a_fifth_of_a_per_cent_of_its_limit() {
         let poke = |site_m, direction| PokePlan {
             site_m,
             direction,
@@ -108,6 +132,7 @@ mod tests {
                 poke([0.0517, 0.0323, 0.024], [0.0, 0.0, -1.0]),
                 poke([0.0, 0.0291, 0.0127], [1.0, 0.0, 0.0]),
             ],
+            kinematics: Kinematics::SmallStrain,
             instruments: Instruments::default(),
             fit_cell_m: 0.0065,
         };
@@ -122,7 +147,7 @@ mod tests {
         };
         let (bench, limit) = (stiffness(&draw, &Resolution::SMALL_STRAIN), stiffness(&draw, &fine));
         for (k, exact) in bench.iter().zip(&limit) {
-            assert!((k / exact - 1.0).abs() < 0.005, "{k} N/m, limit {exact} N/m");
+            assert!((k / exact - 1.0).abs() < 0.002, "{k} N/m, limit {exact} N/m");
         }
     }
 }

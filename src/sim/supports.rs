@@ -18,7 +18,7 @@ use super::hex_mesh::{Feature, Place, Slab};
 use super::legendre::gauss_legendre;
 use super::unknowns::{Row, Unknowns};
 use crate::geometry::Vec3;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Points along the radius and around the disc.
 const RADIAL: usize = 32;
@@ -192,11 +192,5 @@ impl Restraint {
                 patch.hold(unknowns).into_iter().map(|row| Support { row, compliance: 0.0 }).collect()
             }
         })
-    }
-
-    /// Area of its disc (m²).
-    pub fn area_m2(&self) -> f64 {
-        let (Self::Springs { radius_m, .. } | Self::Glued { radius_m, .. }) = self;
-        PI * radius_m * radius_m
     }
 }

@@ -134,6 +134,17 @@ impl Unknowns {
 }
 
 impl Element {
+    /// The displacements of the 20 nodes (m).
+    pub(super) fn nodal(&self, u: &[f64]) -> [[f64; 3]; NODES] {
+        let mut nodal = [[0.0; 3]; NODES];
+        for &(n, slot, weight) in &self.follow {
+            for c in 0..3 {
+                nodal[n as usize][c] += weight * u[self.unknowns[3 * slot as usize + c] as usize];
+            }
+        }
+        nodal
+    }
+
     /// Turns a stiffness of the 20 nodes (60 × 60, row by row) into one of the unknowns (row by row).
     pub(super) fn reduce(&self, full: &[f64]) -> Vec<f64> {
         let (n, m) = (3 * NODES, self.unknowns.len());

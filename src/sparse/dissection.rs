@@ -5,7 +5,8 @@
 
 use super::graph::Graph;
 use super::leaf::minimum_degree;
-use super::separator::{Side, distances, separate};
+use super::refinement::Side;
+use super::separator::{distances, separate};
 
 /// Nodes of a part that is not cut any further.
 const LEAF: usize = 100;

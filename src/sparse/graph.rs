@@ -13,6 +13,8 @@ pub(super) struct Graph {
     starts: Vec<u32>,
     /// The neighbours of all nodes.
     neighbours: Vec<u32>,
+    /// For each neighbour, how many edges of the finest graph this edge stands for.
+    strengths: Vec<u32>,
     /// Weight of each node: the number of unknowns it stands for.
     pub(super) weight: Vec<u32>,
 }
@@ -38,7 +40,8 @@ impl Graph {
         for bounds in starts.windows(2) {
             neighbours[bounds[0] as usize..bounds[1] as usize].sort_unstable();
         }
-        Self { starts, neighbours, weight }
+        let strengths = vec![1; neighbours.len()];
+        Self { starts, neighbours, strengths, weight }
     }
 
     /// Number of nodes.
@@ -50,6 +53,45 @@ impl Graph {
         &self.neighbours[self.starts[node] as usize..self.starts[node + 1] as usize]
     }
 
+    /// The neighbours of `node` with the strengths of the edges to them.
+    pub(super) fn edges(&self, node: usize) -> impl Iterator<Item = (u32, u32)> + '_ {
+        let range = self.starts[node] as usize..self.starts[node + 1] as usize;
+        self.neighbours[range.clone()].iter().copied().zip(self.strengths[range].iter().copied())
+    }
+
+    /// The graph in which all nodes with the same number in `coarse_of` (below `count`) are one: weights and
+    /// strengths add up.
+    pub(super) fn contracted(&self, coarse_of: &[u32], count: usize) -> Self {
+        let mut members = vec![Vec::new(); count];
+        for (node, &coarse) in coarse_of.iter().enumerate() {
+            members[coarse as usize].push(node);
+        }
+        let mut starts = Vec::with_capacity(count + 1);
+        starts.push(0);
+        let (mut neighbours, mut strengths): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
+        let mut place_of = vec![usize::MAX; count];
+        for (coarse, members) in members.iter().enumerate() {
+            let first = neighbours.len();
+            for (m, strength) in members.iter().flat_map(|&node| self.edges(node)) {
+                let other = coarse_of[m as usize];
+                if other as usize == coarse {
+                    continue;
+                }
+                let place = place_of[other as usize];
+                if place < neighbours.len() && place >= first {
+                    strengths[place] += strength;
+                } else {
+                    place_of[other as usize] = neighbours.len();
+                    neighbours.push(other);
+                    strengths.push(strength);
+                }
+            }
+            starts.push(neighbours.len() as u32);
+        }
+        let weight = members.iter().map(|m| m.iter().map(|&node| self.weight[node]).sum()).collect();
+        Self { starts, neighbours, strengths, weight }
+    }
+
     /// The part spanned by `nodes`, renumbered in their order, which is ascending. `local` is as long as this graph has nodes, holds
     /// `u32::MAX` everywhere, and does so again afterwards.
     pub(super) fn part(&self, nodes: &[u32], local: &mut [u32]) -> Self {
@@ -58,16 +100,25 @@ impl Graph {
         }
         let mut starts = Vec::with_capacity(nodes.len() + 1);
         starts.push(0);
-        let mut neighbours = Vec::new();
+        let (mut neighbours, mut strengths) = (Vec::new(), Vec::new());
         for &old in nodes {
-            let kept = self.neighbours(old as usize).iter().map(|&n| local[n as usize]);
-            neighbours.extend(kept.filter(|&n| n != u32::MAX));
+            for (other, strength) in self.edges(old as usize) {
+                if local[other as usize] != u32::MAX {
+                    neighbours.push(local[other as usize]);
+                    strengths.push(strength);
+                }
+            }
             starts.push(neighbours.len() as u32);
         }
         for &old in nodes {
             local[old as usize] = u32::MAX;
         }
-        Self { starts, neighbours, weight: nodes.iter().map(|&n| self.weight[n as usize]).collect() }
+        Self {
+            starts,
+            neighbours,
+            strengths,
+            weight: nodes.iter().map(|&n| self.weight[n as usize]).collect(),
+        }
     }
 }
 

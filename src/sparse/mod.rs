@@ -12,6 +12,7 @@
 
 mod analysis;
 mod cholesky;
+mod coarse;
 mod dissection;
 mod error;
 mod factor;
@@ -19,6 +20,7 @@ mod graph;
 mod leaf;
 mod matrix;
 mod pattern;
+mod refinement;
 mod separator;
 mod tree;
 

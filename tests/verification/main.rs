@@ -3,8 +3,11 @@
 
 mod bodies;
 mod finite_closed_forms;
+mod finite_incompressible;
 mod finite_newton;
+mod finite_practice;
 mod finite_sensitivities;
+mod finite_stability;
 mod linear_beams;
 mod linear_exactness;
 mod linear_fields;

@@ -4,7 +4,7 @@
 //! every load case.
 
 use super::FiniteError;
-use crate::fem::{Space, barycentric_gradients, tet_quadrature};
+use crate::fem::{Functional, Space, barycentric_gradients, tet_quadrature};
 use crate::geometry::Vec3;
 use crate::sparse::{Analysis, Factor, Ordering, Pattern, SymmetricMatrix};
 use std::sync::Arc;
@@ -22,6 +22,8 @@ pub struct HeldBody {
     free: Vec<u32>,
     /// Held components, ascending.
     held: Vec<u32>,
+    /// Unknowns of each functional that may be braced, in the order of its entries.
+    braced: Vec<Vec<u32>>,
     pattern: Arc<Pattern>,
     analysis: Analysis,
 }
@@ -30,6 +32,21 @@ impl HeldBody {
     /// Numbers the components that are not `held` (one flag a component, `3 n + i`) and finds an elimination
     /// order for them. The held components must leave no rigid motion free; ties do not count.
     pub fn new(space: Arc<Space>, held: &[bool]) -> Result<Self, FiniteError> {
+        Self::with_pads(space, held, &[])
+    }
+
+    /// As [`HeldBody::new`], with room in the tangent for pads (their functionals, by axis) that will be tied
+    /// rigidly.
+    ///
+    /// Why: pressed deep, a soft body may yield more force back than it takes (a limit point). Under a given
+    /// force it is then unstable and its tangent indefinite, but under a given displacement of the pad it is
+    /// not; a rigid tie to a functional that is announced here braces the tangent, so that the latter is what
+    /// counts. Costs the coupling of each pad's nodes with each other.
+    pub fn with_pads(
+        space: Arc<Space>,
+        held: &[bool],
+        pads: &[[Functional; 3]],
+    ) -> Result<Self, FiniteError> {
         let expected = space.components();
         if held.len() != expected {
             return Err(FiniteError::Length {
@@ -48,14 +65,21 @@ impl HeldBody {
                 free.push(component as u32);
             }
         }
-        let lists: Vec<Vec<u32>> = space
-            .cells()
-            .map(|nodes| components(nodes).map(|c| unknown[c as usize]).filter(|&x| x != HELD).collect())
-            .collect();
-        let pattern = Arc::new(Pattern::from_elements(free.len(), lists.iter().map(Vec::as_slice)));
+        if let Some(&(c, _)) = pads.iter().flatten().flatten().find(|(c, _)| *c as usize >= expected) {
+            let (what, found) = ("components of the pads' body", c as usize + 1);
+            return Err(FiniteError::Length { what, expected, found });
+        }
+        let unknowns = |components: &mut dyn Iterator<Item = u32>| -> Vec<u32> {
+            components.map(|c| unknown[c as usize]).filter(|&x| x != HELD).collect()
+        };
+        let cells: Vec<Vec<u32>> = space.cells().map(|nodes| unknowns(&mut components(nodes))).collect();
+        let braced: Vec<Vec<u32>> =
+            pads.iter().flatten().map(|pad| unknowns(&mut pad.iter().map(|&(c, _)| c))).collect();
+        let couplings = cells.iter().chain(&braced).map(Vec::as_slice);
+        let pattern = Arc::new(Pattern::from_elements(free.len(), couplings));
         let position: Vec<[f64; 3]> = free.iter().map(|&c| space.nodes()[c as usize / 3].into()).collect();
         let analysis = Analysis::new(&pattern, Ordering::NestedDissection { position: &position })?;
-        Ok(Self { space, unknown, free, held: kept, pattern, analysis })
+        Ok(Self { space, unknown, free, held: kept, braced, pattern, analysis })
     }
 
     /// The body with all three components of the nodes of a named surface held.
@@ -86,6 +110,11 @@ impl HeldBody {
     /// The unknown of a component, or `None` when it is held.
     pub(super) fn unknown(&self, component: u32) -> Option<u32> {
         Some(self.unknown[component as usize]).filter(|&x| x != HELD)
+    }
+
+    /// Whether the tangent has room to couple these unknowns, a functional's, with each other.
+    pub(super) fn has_room_for(&self, unknowns: &[u32]) -> bool {
+        self.braced.iter().any(|braced| braced == unknowns)
     }
 
     pub(super) fn zero_matrix(&self) -> SymmetricMatrix {

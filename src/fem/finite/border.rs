@@ -8,9 +8,15 @@
 //! y = K⁻¹r: (Bᵀ X + C) δλ = Bᵀ y + g and δu = y − X δλ (Schur complement; Golub & Van Loan 2013, section 4.4,
 //! where it is the block elimination of a saddle point). For springs this is the Woodbury formula.
 //! A spring without stiffness takes no part.
+//!
+//! *Braces.* Where the body has room for it, ρ b bᵀ is added to K for a rigid tie, and −ρ b g to r. As b·δu = −g
+//! the solution stays the same, but K + ρ b bᵀ is positive definite, for ρ large enough, as soon as K is along
+//! directions that keep b·u: stability with the pad's displacement given, not its force (Nocedal & Wright 2006,
+//! theorem 17.5). ρ = bᵀKb/(bᵀb)² is the stiffness against moving the loaded nodes alone, more than that against
+//! the tie as the whole body yields, and leaves the largest eigenvalue of K what it was.
 
-use super::{FiniteError, HeldBody, Tie};
-use crate::sparse::Factor;
+use super::{FiniteError, HeldBody, Tie, TieKind};
+use crate::sparse::{Factor, SymmetricMatrix};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// A tie counts as dependent on others when they leave less than this share of its own compliance.
@@ -25,6 +31,8 @@ pub(super) struct Border {
     ties: usize,
     /// Columns of B by active tie: unknown, weight.
     columns: Vec<Vec<(usize, f64)>>,
+    /// ρ by active tie (N/m).
+    braces: Vec<f64>,
     /// X, column-major.
     spread: Vec<f64>,
     /// Bᵀ X + C.
@@ -32,9 +40,14 @@ pub(super) struct Border {
 }
 
 impl Border {
-    /// Prepares the system; K is already factored.
-    pub(super) fn new(body: &HeldBody, ties: &[Tie], factor: Factor) -> Result<Self, FiniteError> {
-        let n = factor.dimension();
+    /// Braces and factors the tangent, `fraction` of the load being asked for, and eliminates it.
+    pub(super) fn new(
+        body: &HeldBody,
+        ties: &[Tie],
+        mut tangent: SymmetricMatrix,
+        fraction: f64,
+    ) -> Result<Self, FiniteError> {
+        let n = body.free().len();
         let active: Vec<usize> = (0..ties.len()).filter(|&j| ties[j].compliance().is_some()).collect();
         let columns: Vec<Vec<(usize, f64)>> = active
             .iter()
@@ -43,13 +56,28 @@ impl Border {
                 free.filter_map(|&(c, w)| body.unknown(c).map(|x| (x as usize, w))).collect()
             })
             .collect();
+        let unknowns = |column: &[(usize, f64)]| column.iter().map(|&(x, _)| x as u32).collect::<Vec<u32>>();
+        let braces: Vec<f64> = active
+            .iter()
+            .zip(&columns)
+            .map(|(&j, column)| {
+                let has_room = ties[j].kind == TieKind::Rigid && body.has_room_for(&unknowns(column));
+                if has_room { stiffness_along(&tangent, column) } else { 0.0 }
+            })
+            .collect();
+        for (column, rho) in columns.iter().zip(&braces).filter(|(_, rho)| **rho > 0.0) {
+            let square = column.iter().flat_map(|p| column.iter().map(move |q| rho * p.1 * q.1));
+            tangent.add_element(&unknowns(column), &square.collect::<Vec<f64>>());
+        }
+        let factor = body.factor(&tangent, fraction)?;
+        drop(tangent);
         let mut spread = vec![0.0; n * active.len()];
         for (column, x) in columns.iter().zip(spread.chunks_exact_mut(n)) {
             for &(unknown, weight) in column {
                 x[unknown] += weight;
             }
         }
-        let mut border = Self { factor, active, ties: ties.len(), columns, spread, schur: None };
+        let mut border = Self { factor, active, ties: ties.len(), columns, braces, spread, schur: None };
         let m = border.active.len();
         if m > 0 {
             border.factor.solve_in_place(&mut border.spread, m)?;
@@ -76,6 +104,11 @@ impl Border {
 
     /// Solves for δu (over `r`, which it replaces) and δλ (one a tie; 0 for those that take no part).
     pub(super) fn solve(&self, r: &mut [f64], g: &[f64]) -> Result<Vec<f64>, FiniteError> {
+        for ((&j, column), rho) in self.active.iter().zip(&self.columns).zip(&self.braces) {
+            for &(unknown, weight) in column {
+                r[unknown] -= rho * g[j] * weight;
+            }
+        }
         self.factor.solve_in_place(r, 1)?;
         let mut multipliers = vec![0.0; self.ties];
         if let Some(schur) = &self.schur {
@@ -96,4 +129,15 @@ impl Border {
     fn pull(&self, at: usize, x: &[f64]) -> f64 {
         self.columns[at].iter().map(|&(unknown, weight)| weight * x[unknown]).sum()
     }
+}
+
+/// |bᵀKb|/(bᵀb)² (N/m).
+fn stiffness_along(tangent: &SymmetricMatrix, b: &[(usize, f64)]) -> f64 {
+    let mut x = vec![0.0; tangent.pattern().dimension()];
+    b.iter().for_each(|&(unknown, weight)| x[unknown] = weight);
+    let mut product = vec![0.0; x.len()];
+    tangent.multiply(&x, &mut product);
+    let square: f64 = b.iter().map(|(_, weight)| weight * weight).sum();
+    let energy: f64 = b.iter().map(|&(unknown, weight)| weight * product[unknown]).sum();
+    if square > 0.0 { energy.abs() / (square * square) } else { 0.0 }
 }

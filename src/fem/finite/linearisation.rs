@@ -54,7 +54,7 @@ impl HeldBody {
             return Err(FiniteError::Length { what: "displacement of the equilibrium", expected, found });
         }
         let linear = self.linear(solid, &equilibrium.displacement, &[])?;
-        let border = Border::new(self, &equilibrium.ties, self.factor(&linear.tangent, 1.0)?)?;
+        let border = Border::new(self, &equilibrium.ties, linear.tangent, 1.0)?;
         Ok(Linearisation { body: self, solid, equilibrium, border })
     }
 }

@@ -14,8 +14,9 @@
 //! each).
 //!
 //! An [`Equilibrium`] is a converged state; anything else is an error that says how far the load got and why
-//! not farther. Deliberately absent: loads that follow the deformation, contact, inertia, and continuation past
-//! a limit point (the tangent of the free components must stay positive definite).
+//! not farther. Deliberately absent: loads that follow the deformation, contact, inertia, and unstable states:
+//! the tangent of the free components must be positive definite, for rigid ties announced to
+//! [`HeldBody::with_pads`] only along motions that leave them where they are.
 
 mod assembly;
 mod body;

@@ -68,7 +68,7 @@ impl Search<'_> {
         let (body, u) = (self.body, &at.displacement);
         let held_step: Vec<f64> = self.held_steps(at).collect();
         let linear = body.linear(self.solid, u, &held_step)?;
-        let border = Border::new(body, self.ties, body.factor(&linear.tangent, self.fraction)?)?;
+        let border = Border::new(body, self.ties, linear.tangent, self.fraction)?;
 
         let mut step = vec![0.0; u.len()];
         for (&c, &x) in body.held().iter().zip(&held_step) {
@@ -160,4 +160,59 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 /// a / b, and 0 for 0 / 0.
 fn ratio(a: f64, b: f64) -> f64 {
     if a == 0.0 { 0.0 } else { a / b }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::finite::{Loads, TieKind};
+    use crate::fem::material::{Law, Material, Moduli};
+    use crate::fem::{Order, Space};
+    use crate::geometry::Vec3;
+    use crate::mesh::{Block, block};
+    use std::sync::Arc;
+
+    /// Π + t R·d + O(t²) along a direction that keeps what is prescribed: b·δu = δλ/k for a spring. Π and R
+    /// otherwise meet nowhere, and a wrong Π would only make the line search worse, not fail.
+    #[test]
+    fn the_residual_is_the_slope_of_the_potential() {
+        let mesh = block(&Block { size_m: [0.02; 3], cells: [2; 3] }).expect("block");
+        let space = Arc::new(Space::new(&mesh, Order::P1).expect("space"));
+        let body = HeldBody::clamped(space, "z-").expect("held");
+        let moduli = Moduli::new(1e4, 0.45).expect("a proper solid");
+        let solid = Solid::homogeneous(Material::new(moduli, Law::NeoHookean).expect("a proper law"));
+        let stiffness = 80.0;
+        let functional = body.free()[..9].iter().map(|&c| (c, 0.1 + 0.02 * f64::from(c % 4))).collect();
+        let spring = Tie { functional, displacement: 3e-4, kind: TieKind::Spring { stiffness } };
+        let forces = body.free().iter().map(|&c| (c, 1e-3 * f64::from(c % 5))).collect();
+        let loads =
+            Loads { forces, body_force: Vec3::new(10.0, 0.0, -1e4), ties: vec![spring], ..Loads::default() };
+        let level = Level::full(&body, &loads).expect("proper loads");
+        let controls = Controls::default();
+        let search = Search {
+            body: &body,
+            solid: &solid,
+            ties: &loads.ties,
+            controls: &controls,
+            level: &level,
+            fraction: 1.0,
+        };
+        let field = |size: f64, phase: f64| -> Vec<f64> {
+            let mut u = vec![0.0; body.space().components()];
+            body.free().iter().for_each(|&c| u[c as usize] = size * (phase + 1.7 * f64::from(c)).sin());
+            u
+        };
+        let (u, d) = (field(5e-4, 0.3), field(1.0, 1.1));
+        let state = |t: f64| {
+            let moved: Vec<f64> = u.iter().zip(&d).map(|(u, d)| u + t * d).collect();
+            let pull = stiffness * (loads.ties[0].of(&moved) - level.targets[0]);
+            search.state(moved, vec![pull]).expect("not inverted")
+        };
+        let at = state(0.0);
+        assert!(at.relative_gap < 1e-12);
+        let slope: f64 = body.free().iter().map(|&c| at.residual[c as usize] * d[c as usize]).sum();
+        let remainder = |t: f64| (state(t).potential - at.potential - t * slope).abs();
+        let order = (remainder(2e-6) / remainder(1e-6)).log2();
+        assert!((order - 2.0).abs() < 0.05, "order {order}");
+    }
 }

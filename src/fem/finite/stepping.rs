@@ -16,7 +16,8 @@ pub struct Controls {
     /// Equilibrium: the norm of the residual over that of the forces that cancel in it, and the violation of
     /// what is prescribed over the largest displacement (–).
     pub tolerance: f64,
-    /// Newton iterations that a load step may take.
+    /// Newton iterations that a load step may take. Why few: a step that needs many has lost its branch and may
+    /// end on another one; a shorter step follows it.
     pub iterations: usize,
     /// Newton iterations that all load steps together may take, failed ones included.
     pub total_iterations: usize,
@@ -27,9 +28,9 @@ pub struct Controls {
 }
 
 impl Default for Controls {
-    /// The whole load at once, to 1e-10; a thousandth of it at least.
+    /// The whole load at once, to 1e-10; a hundredth of it at least.
     fn default() -> Self {
-        Self { tolerance: 1e-10, iterations: 20, total_iterations: 400, first_step: 1.0, smallest_step: 1e-3 }
+        Self { tolerance: 1e-10, iterations: 20, total_iterations: 200, first_step: 1.0, smallest_step: 1e-3 }
     }
 }
 

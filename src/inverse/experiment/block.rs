@@ -1,0 +1,107 @@
+//! The block of the published simulations: 4 m × 2 m × 8 m, E = 10 kPa, ν = 0.45, 1000 N at a top corner, 171
+//! observed nodes, 35 search nodes of which 10 are restrained, the rest of the back held where it is known.
+//!
+//! x runs along the width, y from the front (observed) to the back, z up. The paper's mesh (937 nodes, 3956
+//! tetrahedra, unstructured) is not public; this one has 8 × 5 × 18 boxes: 1026 nodes and 4320 tetrahedra,
+//! and its front has 9 × 19 = 171 nodes, the observed ones. On the back, the lowest five rows are known to be
+//! held, and 5 × 7 nodes in the middle of the upper half are the search nodes; the upper two rows of them are
+//! restrained. The load presses the top left corner of the front into the body.
+//!
+//! Why the upper rows: where the paper's restrained nodes lie is not said, and step two of the published
+//! method depends on it. Its l1 norm prefers forces far from the known support, which do the same with less;
+//! with the restraint in the middle rows it finds none of it below 50 dB, with the restraint in the upper rows
+//! it comes out as published, its two sums equal and near the truth.
+
+use crate::fem::{FemError, Functional, Model, Order, Spot, SpotKind};
+use crate::geometry::Vec3;
+use crate::inverse::{Condensed, NodalForce};
+use crate::mesh::{Block, TetMesh, block};
+
+const SIZE_M: [f64; 3] = [4.0, 2.0, 8.0];
+const CELLS: [usize; 3] = [8, 5, 18];
+/// Rows of the back that are known to be held, from the bottom.
+const KNOWN_ROWS: usize = 5;
+/// Columns and rows of the back that are searched.
+const SEARCH: [std::ops::RangeInclusive<usize>; 2] = [2..=6, 9..=15];
+/// Rows of the search nodes that are restrained.
+const RESTRAINED_ROWS: [usize; 2] = [14, 15];
+const FORCE_N: f64 = 1000.0;
+
+/// What restrains the ten nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Restraint {
+    /// They are held.
+    Fixed,
+    /// Springs of this stiffness (N/m) each.
+    Springs(f64),
+}
+
+/// Mesh, nodes and load of the experiment.
+#[derive(Debug, Clone)]
+pub struct BlockExperiment {
+    /// The body, with the surface `fixed`.
+    pub mesh: TetMesh,
+    /// Search nodes.
+    pub search: Vec<u32>,
+    /// Observed nodes.
+    pub observed: Vec<u32>,
+    /// Which of the search nodes are restrained, as indices among them.
+    pub restrained: Vec<usize>,
+    /// The load.
+    pub load: NodalForce,
+}
+
+impl BlockExperiment {
+    /// True Young's modulus (Pa).
+    pub const YOUNG_MODULUS_PA: f64 = 10_000.0;
+    /// Poisson's ratio.
+    pub const POISSON_RATIO: f64 = 0.45;
+
+    /// The experiment.
+    ///
+    /// # Errors
+    /// What the mesh reports.
+    pub fn new() -> Result<Self, FemError> {
+        let mut mesh = block(&Block { size_m: SIZE_M, cells: CELLS })?;
+        let id = |i: usize, j: usize, k: usize| (i + (CELLS[0] + 1) * (j + (CELLS[1] + 1) * k)) as u32;
+        let back = CELLS[1];
+        let known_m = SIZE_M[2] * (KNOWN_ROWS - 1) as f64 / CELLS[2] as f64 + 1e-9;
+        let held = |n: &u32| mesh.nodes[*n as usize].z <= known_m;
+        let fixed = mesh.surface("y+").iter().filter(|t| t.iter().all(held)).copied().collect();
+        mesh.surfaces.insert("fixed".to_owned(), fixed);
+        let [columns, rows] = SEARCH;
+        let places: Vec<(usize, usize)> = rows.flat_map(|k| columns.clone().map(move |i| (i, k))).collect();
+        Ok(Self {
+            search: places.iter().map(|&(i, k)| id(i, back, k)).collect(),
+            restrained: (0..places.len()).filter(|&p| RESTRAINED_ROWS.contains(&places[p].1)).collect(),
+            observed: (0..=CELLS[2]).flat_map(|k| (0..=CELLS[0]).map(move |i| id(i, 0, k))).collect(),
+            load: NodalForce { node: id(0, 0, CELLS[2]), force_n: Vec3::new(0.0, FORCE_N, 0.0) },
+            mesh,
+        })
+    }
+
+    /// The body condensed on the experiment's own mesh, first-order elements as in the paper.
+    ///
+    /// # Errors
+    /// What the model reports.
+    pub fn condense(&self) -> Result<Condensed, FemError> {
+        let model = Model::new(&self.mesh, Order::P1, Self::POISSON_RATIO, "fixed")?;
+        let observed: Vec<Spot> = self.observed.iter().map(|&n| at_node(&self.mesh, n)).collect();
+        Condensed::new(&model, &self.search, &observed, &[self.load])
+    }
+
+    /// One stiffness a search node (N/m).
+    pub fn stiffness(&self, restraint: Restraint) -> Vec<f64> {
+        let of_one = match restraint {
+            Restraint::Fixed => f64::INFINITY,
+            Restraint::Springs(k) => k,
+        };
+        (0..self.search.len()).map(|j| if self.restrained.contains(&j) { of_one } else { 0.0 }).collect()
+    }
+}
+
+/// A node as a place to observe.
+fn at_node(mesh: &TetMesh, node: u32) -> Spot {
+    let weights = [0, 1, 2].map(|i| -> Functional { vec![(3 * node + i, 1.0)] });
+    Spot { weights, kind: SpotKind::Marker { foot: mesh.nodes[node as usize], offset: Vec3::zeros() } }
+}
