@@ -11,6 +11,7 @@
 //! (3.19) and (3.75); discs follow by integration over their area.
 
 use super::element::gauss_legendre;
+use super::punch;
 use crate::geometry::{Mat3, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -77,21 +78,70 @@ pub fn disc_self_compliance(radius: f64, nu: f64) -> [f64; 2] {
     [shared * (1.0 - 0.5 * nu), shared * (1.0 - nu)]
 }
 
-/// A disc on the surface, centre at the origin, carrying a uniform traction of unit total force.
+/// How a disc's load is spread over it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Profile {
+    /// Evenly: a soft-faced pad, a patch that springs pull on.
+    Uniform,
+    /// As `1 / √(a² − ρ²)`: a rigid flat face that keeps to its plane. Its tilt is not held.
+    Rigid,
+}
+
+impl Profile {
+    /// Points and weights (sum 1) along the radius `a` for the load's share: `(ρ, weight)`.
+    ///
+    /// Uniform: equal areas, `ρ dρ = a²/2 dt`, `ρ = a √t`. Rigid: the load within `ρ` is `1 − t`, `ρ = a √(1 − t²)`.
+    /// Both are exact for polynomials in `ρ²`.
+    pub(super) fn radial(self, radius: f64, points: usize) -> Vec<(f64, f64)> {
+        let share = |t: f64| match self {
+            Self::Uniform => t.sqrt(),
+            Self::Rigid => (1.0 - t * t).sqrt(),
+        };
+        gauss_legendre(points).into_iter().map(|(t, w)| (radius * share(t), w)).collect()
+    }
+}
+
+/// A disc on the surface, centre at the origin, carrying a traction of unit total force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadedDisc {
     /// Radius (m).
     pub radius: f64,
+    /// How the load is spread.
+    pub profile: Profile,
     /// Poisson's ratio.
     pub poisson_ratio: f64,
 }
 
 impl LoadedDisc {
+    /// Traction (1/m²) at distance `s` from the centre. At the rigid disc's rim it has no bound and is taken a
+    /// thousandth of the radius from there.
+    pub fn traction(&self, s: f64) -> f64 {
+        let a = self.radius;
+        match self.profile {
+            _ if s > a => 0.0,
+            Profile::Uniform => 1.0 / (PI * a * a),
+            Profile::Rigid => 1.0 / (TAU * a * a * punch::height(a, s.min(0.999 * a))),
+        }
+    }
+
+    /// Displacement of the disc under its own load, along a tangential and the normal axis (1/m): the mean weighed
+    /// as `reading` spreads. For the rigid profile the displacement is uniform, and by reciprocity what a rigid
+    /// disc reads of a uniform load is the same.
+    pub fn self_compliance(&self, reading: Profile) -> [f64; 2] {
+        match (self.profile, reading) {
+            (Profile::Uniform, Profile::Uniform) => disc_self_compliance(self.radius, self.poisson_ratio),
+            _ => punch::self_compliance(self.radius, self.poisson_ratio),
+        }
+    }
+
     /// Displacement at `r`, entry `[i, j]` in direction `i` for a force in direction `j`. On the surface
     /// (`r.z = 0`) it is exact inside the disc and outside; below the surface `r` must not lie in the disc.
     pub fn displacement(&self, r: &Vec3) -> Mat3 {
         if r.z.abs() <= 1e-9 * self.radius {
-            return self.surface_displacement(r);
+            return match self.profile {
+                Profile::Uniform => self.surface_displacement(r),
+                Profile::Rigid => punch::surface_displacement(self.radius, self.poisson_ratio, r),
+            };
         }
         let mut sum = Mat3::zeros();
         self.integrate(r, |from, weight| sum += point_displacement(&from, self.poisson_ratio) * weight);
@@ -109,9 +159,12 @@ impl LoadedDisc {
         sum
     }
 
-    /// Derivatives along the two tangential axes at a point of the surface away from the rim, by the
-    /// divergence theorem an integral around the rim: `∂ₖ ∫ G = −∮ G nₖ ds`.
+    /// Derivatives along the two tangential axes at a point of the surface away from the rim: for the uniform
+    /// profile by the divergence theorem an integral around the rim: `∂ₖ ∫ G = −∮ G nₖ ds`.
     pub fn surface_gradient(&self, r: &Vec3) -> [Mat3; 2] {
+        if self.profile == Profile::Rigid {
+            return punch::surface_gradient(self.radius, self.poisson_ratio, r);
+        }
         let distance = (r.x.hypot(r.y) - self.radius).abs().max(1e-3 * self.radius);
         // The trapezoidal rule on a circle converges like exp(−n · distance / radius).
         let n = ((40.0 * self.radius / distance) as usize).clamp(64, 8192);
@@ -126,7 +179,7 @@ impl LoadedDisc {
         sum
     }
 
-    /// Surface displacement in polar coordinates about `r`: the point load's `1/ρ` cancels against `ρ dρ`, so
+    /// Surface displacement under a uniform load in polar coordinates about `r`: the point load's `1/ρ` cancels against `ρ dρ`, so
     /// that only the length of the chord in each direction remains to be integrated.
     fn surface_displacement(&self, r: &Vec3) -> Mat3 {
         const HALF: usize = 24;
@@ -174,11 +227,14 @@ impl LoadedDisc {
             let fine = (4.0 / distance.max(0.02)).ceil() as usize;
             (3 + fine, 12 + 4 * fine)
         };
-        for (t, wt) in gauss_legendre(radial) {
-            let rho = a * t.sqrt(); // Equal areas: ρ dρ = a²/2 dt.
+        // The rigid profile's rule needs a point more to be exact to the same power of ρ.
+        let radial = radial + usize::from(self.profile == Profile::Rigid);
+        for (k, (rho, wr)) in self.profile.radial(a, radial).into_iter().enumerate() {
+            // Neighbouring rings are turned against each other.
+            let turn = 0.5 * (k as f64 + 0.5) / radial as f64;
             for i in 0..angular {
-                let (sin, cos) = (TAU * (i as f64 + 0.5 * t) / angular as f64).sin_cos();
-                f(Vec3::new(r.x - rho * cos, r.y - rho * sin, r.z), wt / angular as f64);
+                let (sin, cos) = (TAU * (i as f64 + turn) / angular as f64).sin_cos();
+                f(Vec3::new(r.x - rho * cos, r.y - rho * sin, r.z), wr / angular as f64);
             }
         }
     }
@@ -190,6 +246,14 @@ mod tests {
     use crate::fem::elasticity::stress;
 
     const NU: f64 = 0.47;
+
+    fn uniform(radius: f64) -> LoadedDisc {
+        LoadedDisc { radius, profile: Profile::Uniform, poisson_ratio: NU }
+    }
+
+    fn rigid(radius: f64) -> LoadedDisc {
+        LoadedDisc { radius, profile: Profile::Rigid, poisson_ratio: NU }
+    }
 
     /// Displacement gradient tensor for force direction `j` from the three axis derivatives.
     fn tensor(g: &[Mat3; 3], j: usize) -> Mat3 {
@@ -236,7 +300,7 @@ mod tests {
     /// The surface displacement averaged over the disc is the closed form.
     #[test]
     fn mean_over_the_disc_is_the_closed_form() {
-        let disc = LoadedDisc { radius: 0.008, poisson_ratio: NU };
+        let disc = uniform(0.008);
         let mut mean = Mat3::zeros();
         for (t, wt) in gauss_legendre(24) {
             // ρ = a (1 − s²): the rim's logarithmic slope is resolved by points crowding there.
@@ -253,7 +317,7 @@ mod tests {
     #[test]
     fn centre_of_a_loaded_disc() {
         let a = 0.005;
-        let disc = LoadedDisc { radius: a, poisson_ratio: NU };
+        let disc = uniform(a);
         let centre = disc.displacement(&Vec3::zeros())[(2, 2)];
         assert!((centre / (2.0 * (1.0 - NU * NU) / (PI * a)) - 1.0).abs() < 1e-12);
     }
@@ -262,7 +326,7 @@ mod tests {
     #[test]
     fn stress_on_the_axis_and_every_distance_of_the_rule() {
         let a = 1.0;
-        let disc = LoadedDisc { radius: a, poisson_ratio: NU };
+        let disc = uniform(a);
         for z in [0.1, 0.3, 1.0, 1.4, 1.6, 3.4, 3.6, 7.9, 8.1_f64] {
             let s = stress(&tensor(&disc.gradient(&Vec3::new(0.0, 0.0, z)), 2), NU);
             let exact = -(1.0 - z.powi(3) / (a * a + z * z).powf(1.5)) / (PI * a * a);
@@ -273,7 +337,7 @@ mod tests {
     /// The interior rule and the surface rule meet at the surface, and the rim integral is its derivative.
     #[test]
     fn rules_meet_at_the_surface() {
-        let disc = LoadedDisc { radius: 1.0, poisson_ratio: NU };
+        let disc = uniform(1.0);
         for r in [Vec3::new(1.6, 0.3, 0.0), Vec3::new(-1.1, 1.0, 0.0), Vec3::new(0.3, -4.0, 0.0)] {
             let below = disc.displacement(&(r + Vec3::new(0.0, 0.0, 1e-6)));
             assert!((below - disc.displacement(&r)).norm() < 1e-5);
@@ -291,5 +355,47 @@ mod tests {
             - disc.displacement(&(inside - Vec3::x() * h)))
             / (2.0 * h);
         assert!((slope - disc.surface_gradient(&inside)[0]).norm() < 1e-6);
+    }
+
+    /// On the axis below a rigid punch: `σ_z = −(1 + 3ζ²) / (2πa² (1 + ζ²)²)`, `ζ = z/a` (Sneddon 1946).
+    #[test]
+    fn stress_on_the_axis_of_a_rigid_punch() {
+        for z in [0.1, 0.3, 1.0, 1.4, 1.6, 3.4, 3.6, 7.9, 8.1_f64] {
+            let s = stress(&tensor(&rigid(1.0).gradient(&Vec3::new(0.0, 0.0, z)), 2), NU);
+            let exact = -(1.0 + 3.0 * z * z) / (TAU * (1.0 + z * z).powi(2));
+            assert!((s[(2, 2)] / exact - 1.0).abs() < 5e-4, "z = {z}: {} {exact}", s[(2, 2)]);
+        }
+    }
+
+    /// The rigid profile's interior rule and closed form meet at the surface.
+    #[test]
+    fn the_rigid_profile_meets_its_surface() {
+        for r in [Vec3::new(1.6, 0.3, 0.0), Vec3::new(-1.1, 1.0, 0.0), Vec3::new(0.3, -4.0, 0.0)] {
+            let below = rigid(1.0).displacement(&(r + Vec3::new(0.0, 0.0, 1e-6)));
+            assert!((below - rigid(1.0).displacement(&r)).norm() < 1e-5, "{r}");
+        }
+    }
+
+    /// The whole load is 1, for both profiles, and the mean of `ρ²` is `a²/2` and `2a²/3`.
+    #[test]
+    fn radial_rules_carry_the_load() {
+        for (profile, second) in [(Profile::Uniform, 0.5), (Profile::Rigid, 2.0 / 3.0)] {
+            let rule = profile.radial(3.0, 4);
+            assert!((rule.iter().map(|(_, w)| w).sum::<f64>() - 1.0).abs() < 1e-14);
+            let found: f64 = rule.iter().map(|(rho, w)| w * rho * rho / 9.0).sum();
+            assert!((found - second).abs() < 1e-14);
+        }
+    }
+
+    /// What a rigid disc reads of a uniform load on itself is what the uniform load's closed form says.
+    #[test]
+    fn profiles_are_reciprocal() {
+        let [tangential, normal] = uniform(1.0).self_compliance(Profile::Rigid);
+        let mut read = Mat3::zeros();
+        for (rho, w) in Profile::Rigid.radial(1.0, 40) {
+            read += uniform(1.0).displacement(&Vec3::new(rho, 0.0, 0.0)) * w;
+        }
+        assert!((read[(2, 2)] / normal - 1.0).abs() < 1e-4, "{} {normal}", read[(2, 2)]);
+        assert!((0.5 * (read[(0, 0)] + read[(1, 1)]) / tangential - 1.0).abs() < 1e-4);
     }
 }

@@ -12,6 +12,7 @@ mod half_space;
 pub mod material;
 mod model;
 mod near;
+mod punch;
 mod space;
 mod spot;
 mod wrench;
@@ -23,7 +24,7 @@ pub use element::{
     triangle_quadrature,
 };
 pub use error::FemError;
-pub use half_space::{LoadedDisc, disc_self_compliance, point_displacement, point_gradient};
+pub use half_space::{LoadedDisc, Profile, disc_self_compliance, point_displacement, point_gradient};
 pub use model::{Model, Response};
 pub use near::Near;
 pub use space::{Face, Space};

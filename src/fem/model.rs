@@ -117,13 +117,7 @@ impl Model {
     /// Responses to a unit force along each axis at each spot. Flat discs carry their near field by the
     /// half-space; everything else is left to the elements.
     pub fn respond(&self, spots: &[&Spot]) -> Result<Vec<Response>, FemError> {
-        let near: Vec<Option<Near>> = spots
-            .iter()
-            .map(|spot| match spot.as_disc() {
-                Some((disc, true)) => Some(Near::new(disc, self.poisson_ratio)),
-                _ => None,
-            })
-            .collect();
+        let near: Vec<Option<Near>> = spots.iter().map(|spot| Near::of(spot, self.poisson_ratio)).collect();
         let loads: Vec<(ByAxis, Option<ByAxis>)> = spots
             .par_iter()
             .zip(&near)
@@ -259,9 +253,9 @@ impl Response {
     /// nothing.
     pub fn slope_at(&self, slope: &[Functional; 3], spot: &Spot, tangent: &Vec3) -> Mat3 {
         let elements = self.slope_of_elements(slope);
-        match (&self.near, spot.as_disc()) {
-            (Some(near), Some((disc, _))) => elements + near.slope_over(&disc, tangent),
-            _ => elements,
+        match &self.near {
+            Some(near) => elements + near.slope_over(spot, tangent),
+            None => elements,
         }
     }
 

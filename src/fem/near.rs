@@ -6,8 +6,8 @@
 //! disc, whatever the mesh there.
 
 use super::elasticity::stress;
-use super::element::{gauss_legendre, triangle_quadrature};
-use super::half_space::{LoadedDisc, disc_self_compliance};
+use super::element::triangle_quadrature;
+use super::half_space::{LoadedDisc, Profile};
 use super::space::Space;
 use super::spot::{Spot, SpotKind, turned};
 use crate::geometry::{Disc, Mat3, Vec3, basis_from_axis};
@@ -25,10 +25,18 @@ pub struct Near {
 const ON_PLANE: f64 = 1e-4;
 
 impl Near {
-    /// The near field of `disc` (normal outward).
-    pub fn new(disc: Disc, poisson_ratio: f64) -> Self {
+    /// The near field of `disc` (normal outward), its load spread as `profile` says.
+    pub fn new(disc: Disc, profile: Profile, poisson_ratio: f64) -> Self {
         let frame = basis_from_axis(&-disc.normal);
-        Self { disc, frame, local: LoadedDisc { radius: disc.radius, poisson_ratio } }
+        Self { disc, frame, local: LoadedDisc { radius: disc.radius, profile, poisson_ratio } }
+    }
+
+    /// The near field of a load on `spot`; none unless it is a flat disc.
+    pub fn of(spot: &Spot, poisson_ratio: f64) -> Option<Self> {
+        match spot.kind {
+            SpotKind::Disc { disc, profile, flat: true, .. } => Some(Self::new(disc, profile, poisson_ratio)),
+            _ => None,
+        }
     }
 
     /// The point in local coordinates, on the plane exactly when it is within tolerance of it.
@@ -53,9 +61,7 @@ impl Near {
             let [gx, gy] = self.local.surface_gradient(&r);
             // No shear traction on the plane but the disc's own: ∂u_t/∂z = −∂u_z/∂t − t_t/μ.
             let mut gz = Mat3::zeros();
-            let inside = r.norm() < self.disc.radius;
-            let traction =
-                if inside { 2.0 * (1.0 + self.local.poisson_ratio) / self.disc.area() } else { 0.0 };
+            let traction = 2.0 * (1.0 + self.local.poisson_ratio) * self.local.traction(r.norm());
             for j in 0..3 {
                 gz[(0, j)] = -gx[(2, j)] - if j == 0 { traction } else { 0.0 };
                 gz[(1, j)] = -gy[(2, j)] - if j == 1 { traction } else { 0.0 };
@@ -83,7 +89,7 @@ impl Near {
                 }
                 u
             }
-            SpotKind::Disc { disc, .. } => self.mean_over(&disc),
+            SpotKind::Disc { disc, profile, .. } => self.mean_over(&disc, profile),
         }
     }
 
@@ -93,12 +99,13 @@ impl Near {
             && (other.normal - self.disc.normal).norm() < 1e-9
     }
 
-    /// Slope along `tangent` (in the other disc's plane) of the mean displacement over another disc; zero for the
-    /// loaded disc itself, whose near field moves with it.
-    pub fn slope_over(&self, other: &Disc, tangent: &Vec3) -> Mat3 {
+    /// Slope along `tangent` (in the disc's plane) of the mean displacement over another disc; zero for the loaded
+    /// disc itself, whose near field moves with it, and for a marker.
+    pub fn slope_over(&self, spot: &Spot, tangent: &Vec3) -> Mat3 {
         let mut mean = Mat3::zeros();
-        if !self.is(other) {
-            over(other, |p, weight| {
+        let SpotKind::Disc { disc, profile, .. } = spot.kind else { return mean };
+        if !self.is(&disc) {
+            over(&disc, profile, |p, weight| {
                 for (j, gradient) in self.gradients(&p).iter().enumerate() {
                     let mut column = mean.column_mut(j);
                     column += gradient * tangent * weight;
@@ -108,15 +115,15 @@ impl Near {
         mean
     }
 
-    /// Mean displacement over another disc, or over the loaded disc itself.
-    fn mean_over(&self, other: &Disc) -> Mat3 {
+    /// Mean displacement over another disc, weighed as its profile says, or over the loaded disc itself.
+    fn mean_over(&self, other: &Disc, profile: Profile) -> Mat3 {
         if self.is(other) {
-            let [tangential, normal] = disc_self_compliance(self.disc.radius, self.local.poisson_ratio);
+            let [tangential, normal] = self.local.self_compliance(profile);
             let local = Mat3::from_diagonal(&Vec3::new(tangential, tangential, normal));
             return self.frame * local * self.frame.transpose();
         }
         let mut mean = Mat3::zeros();
-        over(other, |p, weight| mean += self.displacement(&p) * weight);
+        over(other, profile, |p, weight| mean += self.displacement(&p) * weight);
         mean
     }
 
@@ -177,15 +184,14 @@ impl Near {
     }
 }
 
-/// Points over a disc with weights that sum to 1.
-fn over(disc: &Disc, mut f: impl FnMut(Vec3, f64)) {
+/// Points over a disc with weights that sum to 1, spread as the profile.
+fn over(disc: &Disc, profile: Profile, mut f: impl FnMut(Vec3, f64)) {
     const AROUND: u32 = 16;
     let basis = basis_from_axis(&disc.normal);
-    for (t, wt) in gauss_legendre(5) {
-        let rho = disc.radius * t.sqrt();
+    for (rho, wr) in profile.radial(disc.radius, 5) {
         for i in 0..AROUND {
             let (sin, cos) = (std::f64::consts::TAU * (f64::from(i) + 0.5) / f64::from(AROUND)).sin_cos();
-            f(disc.centre + basis * Vec3::new(rho * cos, rho * sin, 0.0), wt / f64::from(AROUND));
+            f(disc.centre + basis * Vec3::new(rho * cos, rho * sin, 0.0), wr / f64::from(AROUND));
         }
     }
 }

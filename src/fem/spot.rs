@@ -5,8 +5,9 @@
 
 use super::element::barycentric_gradients;
 use super::error::FemError;
+use super::half_space::Profile;
 use super::space::Space;
-use crate::geometry::{Disc, Mat3, Vec3};
+use crate::geometry::{Disc, DiscPoint, Mat3, Triangle, Vec3, basis_from_axis};
 use crate::mesh::{Attachment, SurfaceIndex, TetMesh};
 
 /// Weights on displacement components (`3 n + i`) whose sum is one component of a spot's displacement.
@@ -24,11 +25,13 @@ pub struct Spot {
 /// What a spot is.
 #[derive(Debug, Clone)]
 pub enum SpotKind {
-    /// Mean displacement over a disc; as a load, a uniform traction over it.
+    /// Mean displacement over a disc; as a load, a traction over it. Mean and traction are weighed alike.
     Disc {
         /// The disc, normal outward.
         disc: Disc,
-        /// Area of the body's surface that it covers, over the disc's area: 1 unless it hangs over an edge.
+        /// How it is weighed.
+        profile: Profile,
+        /// Share of the profile that lies on the body's surface: 1 unless the disc hangs over an edge.
         covered: f64,
         /// Whether the surface under the disc is flat, the disc wholly on it, and the body behind its plane:
         /// then the half-space carries its near field.
@@ -47,9 +50,27 @@ pub enum SpotKind {
 const FLAT: f64 = 1e-4;
 
 impl Spot {
-    /// The disc of `radius` (m) centred at the point of the faces `on` nearest to `centre`, with the outward
-    /// normal there. Faces belong to `space.faces()`.
+    /// The uniformly weighed disc of `radius` (m) centred at the point of the faces `on` nearest to `centre`, with
+    /// the outward normal there. Faces belong to `space.faces()`.
     pub fn disc(space: &Space, on: &[usize], centre: &Vec3, radius: f64) -> Result<Self, FemError> {
+        Self::weighed(space, on, centre, radius, Profile::Uniform)
+    }
+
+    /// As [`Spot::disc`], weighed as a rigid flat face bonded to the surface is loaded: the displacement that it
+    /// reads is that of the face, the traction that it exerts is the face's (exactly on a half-space; elsewhere the
+    /// Galerkin approximation with this one shape). The face's tilt is not held.
+    pub fn rigid_disc(space: &Space, on: &[usize], centre: &Vec3, radius: f64) -> Result<Self, FemError> {
+        Self::weighed(space, on, centre, radius, Profile::Rigid)
+    }
+
+    /// As [`Spot::disc`] or [`Spot::rigid_disc`].
+    pub fn weighed(
+        space: &Space,
+        on: &[usize],
+        centre: &Vec3,
+        radius: f64,
+        profile: Profile,
+    ) -> Result<Self, FemError> {
         let off = || FemError::DiscOffSurface { centre_m: [centre.x, centre.y, centre.z], radius_m: radius };
         let (nearest, point) = on
             .iter()
@@ -58,38 +79,28 @@ impl Spot {
             .ok_or_else(off)?;
         let disc = Disc { centre: point.position, normal: space.face_triangle(nearest).normal(), radius };
         let mut weights: [Functional; 3] = Default::default();
-        let (mut area, mut flat_area) = (0.0, 0.0);
-        for face in under(space, &disc) {
-            let triangle = space.face_triangle(face);
-            let nodes = space.face_nodes(face);
-            let mut shape = [0.0; 6];
-            for p in disc.quadrature(&triangle) {
-                for (s, n) in shape.iter_mut().zip(space.order().face_shape(p.barycentric)) {
-                    *s += p.weight * n;
-                }
-                area += p.weight;
-                if (p.position - disc.centre).dot(&disc.normal).abs() <= FLAT * radius {
-                    flat_area += p.weight;
-                }
+        let (mut covered, mut level) = (0.0, 0.0);
+        for (face, p) in points(space, &disc, profile) {
+            covered += p.weight;
+            if (p.position - disc.centre).dot(&disc.normal).abs() <= FLAT * radius {
+                level += p.weight;
             }
-            for (&node, s) in nodes.iter().zip(shape) {
-                if s != 0.0 {
-                    for (i, w) in weights.iter_mut().enumerate() {
-                        w.push((3 * node + i as u32, s));
-                    }
+            for (&node, n) in space.face_nodes(face).iter().zip(space.order().face_shape(p.barycentric)) {
+                for (i, w) in weights.iter_mut().enumerate() {
+                    w.push((3 * node + i as u32, p.weight * n));
                 }
             }
         }
-        if area <= 1e-9 * disc.area() {
+        if covered <= 1e-9 {
             return Err(off());
         }
         for w in &mut weights {
             gather(w);
-            w.iter_mut().for_each(|(_, x)| *x /= area);
+            w.iter_mut().for_each(|(_, x)| *x /= covered);
         }
         let behind = space.nodes().iter().all(|p| (p - disc.centre).dot(&disc.normal) <= FLAT * radius);
-        let flat = behind && (flat_area / disc.area() - 1.0).abs() < 1e-6;
-        Ok(Self { weights, kind: SpotKind::Disc { disc, covered: area / disc.area(), flat } })
+        let flat = behind && (level - 1.0).abs() < 1e-6;
+        Ok(Self { weights, kind: SpotKind::Disc { disc, profile, covered, flat } })
     }
 
     /// How the mean over this disc changes as the disc is moved along `tangent` (a unit vector in its plane):
@@ -97,30 +108,22 @@ impl Spot {
     /// the elements under the disc. Empty for a marker.
     pub fn slope(&self, space: &Space, tangent: &Vec3) -> [Functional; 3] {
         let mut weights: [Functional; 3] = Default::default();
-        let Some((disc, _)) = self.as_disc() else { return weights };
-        let mut area = 0.0;
-        for face in under(space, &disc) {
-            let triangle = space.face_triangle(face);
+        let SpotKind::Disc { disc, profile, covered, .. } = self.kind else { return weights };
+        for (face, p) in points(space, &disc, profile) {
             let cell = space.faces()[face].cell;
             let corners = space.corners(cell);
             let (gradient, _) = barycentric_gradients(&corners);
-            for p in disc.quadrature(&triangle) {
-                let at = std::array::from_fn(|i| {
-                    gradient[i].dot(&(p.position - corners[0])) + f64::from(u8::from(i == 0))
-                });
-                area += p.weight;
-                for (&node, g) in space.cell(cell).iter().zip(space.order().cell_gradient(at, &gradient)) {
-                    let along = p.weight * g.dot(tangent);
-                    for (i, w) in weights.iter_mut().enumerate() {
-                        w.push((3 * node + i as u32, along));
-                    }
+            let at = std::array::from_fn(|i| {
+                gradient[i].dot(&(p.position - corners[0])) + f64::from(u8::from(i == 0))
+            });
+            for (&node, g) in space.cell(cell).iter().zip(space.order().cell_gradient(at, &gradient)) {
+                let along = p.weight / covered * g.dot(tangent);
+                for (i, w) in weights.iter_mut().enumerate() {
+                    w.push((3 * node + i as u32, along));
                 }
             }
         }
-        for w in &mut weights {
-            gather(w);
-            w.iter_mut().for_each(|(_, x)| *x /= area);
-        }
+        weights.iter_mut().for_each(gather);
         weights
     }
 
@@ -193,6 +196,60 @@ impl Spot {
     }
 }
 
+/// Rings and points on each of a rigid disc's polar rule: exact for a displacement that is one polynomial under the
+/// disc, and finer than the elements' kinks where it is not.
+const RINGS: usize = 16;
+const AROUND: usize = 48;
+
+/// Points of the boundary faces under a disc; the weights sum to the share of the profile that lies on the body.
+///
+/// Uniform: exact on every face. Rigid: the profile has no bound at the rim, so that a rule along its own radius
+/// takes the place of one on each face, its points looked up in the faces, seen along the disc's normal.
+fn points(space: &Space, disc: &Disc, profile: Profile) -> Vec<(usize, DiscPoint)> {
+    let faces: Vec<(usize, Triangle)> = under(space, disc).map(|f| (f, space.face_triangle(f))).collect();
+    let mut points = Vec::new();
+    match profile {
+        Profile::Uniform => {
+            for (face, triangle) in &faces {
+                for p in disc.quadrature(triangle) {
+                    points.push((*face, DiscPoint { weight: p.weight / disc.area(), ..p }));
+                }
+            }
+        }
+        Profile::Rigid => {
+            let basis = basis_from_axis(&disc.normal);
+            for (ring, (rho, weight)) in profile.radial(disc.radius, RINGS).into_iter().enumerate() {
+                // Neighbouring rings are turned against each other, so that no row of points follows an edge.
+                let turn = (ring as f64 + 0.5) / RINGS as f64;
+                for k in 0..AROUND {
+                    let (sin, cos) = (std::f64::consts::TAU * (k as f64 + turn) / AROUND as f64).sin_cos();
+                    let p = disc.centre + basis * Vec3::new(rho * cos, rho * sin, 0.0);
+                    let found =
+                        faces.iter().find_map(|(face, t)| Some((*face, t, seen_along(&disc.normal, t, &p)?)));
+                    if let Some((face, triangle, barycentric)) = found {
+                        let position = triangle.at(barycentric);
+                        let weight = weight / AROUND as f64;
+                        points.push((face, DiscPoint { barycentric, position, weight }));
+                    }
+                }
+            }
+        }
+    }
+    points
+}
+
+/// Barycentric place at which a line through `p` along `normal` meets a triangle.
+fn seen_along(normal: &Vec3, triangle: &Triangle, p: &Vec3) -> Option<[f64; 3]> {
+    /// Points on a shared edge must not fall between two faces.
+    const SLACK: f64 = -1e-9;
+    let [a, b, c] = triangle.0;
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let whole = ab.cross(&ac).dot(normal);
+    let (v, w) = (ap.cross(&ac).dot(normal) / whole, ab.cross(&ap).dot(normal) / whole);
+    let l = [1.0 - v - w, v, w];
+    l.iter().all(|&x| x >= SLACK).then_some(l)
+}
+
 /// Boundary faces that may lie under a disc: near its plane, facing its way, within reach of its rim.
 pub(super) fn under(space: &Space, disc: &Disc) -> impl Iterator<Item = usize> {
     (0..space.faces().len()).filter(move |&face| {
@@ -251,6 +308,34 @@ mod tests {
             let second = 0.25 * 0.008 * 0.008;
             let (x, y) = (centre.x, centre.y);
             let exact = Vec3::new(1.0 + x, y * y + second, x * y + 3.0 * (x * x + second));
+            assert!((spot.of(&u) - exact).norm() < 1e-12);
+        }
+    }
+
+    /// A rigid disc's weights have the whole force (1), no moment, and the profile's second moment `a²/3` along
+    /// each axis: exact for quadratic fields on P2 wherever the mesh lies.
+    #[test]
+    fn a_rigid_disc_is_in_equilibrium() {
+        let (_, space) = slab(Order::P2);
+        let on: Vec<usize> = (0..space.faces().len()).collect();
+        let u = field(&space, |p| Vec3::new(1.0 + p.x, p.y * p.y, p.x * p.y + 3.0 * p.x * p.x));
+        for centre in [Vec3::new(0.0314, 0.0517, 0.025), Vec3::new(0.0, 0.05, 0.0125)] {
+            let spot = Spot::rigid_disc(&space, &on, &centre, 0.008).expect("on the surface");
+            assert!(matches!(spot.kind, SpotKind::Disc { flat: true, profile: Profile::Rigid, .. }));
+            assert!(spot.wholly_on_body());
+            for (axis, w) in spot.weights.iter().enumerate() {
+                let mut moment = Vec3::zeros();
+                for &(c, w) in w {
+                    assert_eq!(c as usize % 3, axis);
+                    moment += (space.nodes()[c as usize / 3] - centre) * w;
+                }
+                assert!((w.iter().map(|(_, w)| w).sum::<f64>() - 1.0).abs() < 1e-12);
+                assert!(moment.norm() < 1e-14, "{moment}");
+            }
+            let second = 0.008 * 0.008 / 3.0;
+            let along_x = if centre.x > 0.0 { second } else { 0.0 };
+            let (x, y) = (centre.x, centre.y);
+            let exact = Vec3::new(1.0 + x, y * y + second, x * y + 3.0 * (x * x + along_x));
             assert!((spot.of(&u) - exact).norm() < 1e-12);
         }
     }

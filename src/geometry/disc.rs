@@ -157,7 +157,7 @@ fn clip(triangle: &[Point2; 3], radius: f64) -> Vec<Piece> {
         }
     }
     if kept.is_empty() {
-        let inside = (0..3).all(|i| cross(sub(triangle[(i + 1) % 3], triangle[i]), triangle[i]) <= 0.0);
+        let inside = (0..3).all(|i| cross(triangle[i], triangle[(i + 1) % 3]) >= 0.0);
         return if inside { vec![Piece::Arc(0.0, std::f64::consts::TAU)] } else { Vec::new() };
     }
     let mut boundary = Vec::with_capacity(6);
@@ -244,14 +244,16 @@ mod tests {
         }
     }
 
+    /// A disc wholly inside one triangle is covered by it, and one beside a triangle is not.
     #[test]
-    fn a_disc_inside_one_triangle_is_whole_and_one_outside_is_nothing() {
-        let triangle = Triangle([Vec3::zeros(), Vec3::new(9.0, 0.0, 0.0), Vec3::new(0.0, 9.0, 0.0)]);
-        let disc = |x: f64| Disc { centre: Vec3::new(x, 2.0, 0.0), normal: Vec3::z(), radius: 0.5 };
-        let area: f64 = disc(3.0).quadrature(&triangle).iter().map(|p| p.weight).sum();
-        assert!((area / disc(3.0).area() - 1.0).abs() < 1e-9);
-        assert!(disc(-3.0).quadrature(&triangle).is_empty());
-        assert!(disc(9.0).quadrature(&triangle).is_empty());
+    fn a_disc_inside_one_triangle_is_whole() {
+        let triangle = Triangle([Vec3::zeros(), Vec3::x(), Vec3::y()]);
+        let covered = |x: f64, y: f64| {
+            let disc = Disc { centre: Vec3::new(x, y, 0.0), normal: Vec3::z(), radius: 0.1 };
+            disc.quadrature(&triangle).iter().map(|p| p.weight).sum::<f64>() / disc.area()
+        };
+        assert!((covered(0.3, 0.3) - 1.0).abs() < 1e-12);
+        assert_eq!([covered(0.7, 0.7), covered(-0.2, 0.3), covered(0.4, -0.15)], [0.0; 3]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Why a fit could not be made.
 
 use crate::fem::FemError;
+use crate::observation::{Contact, TipShape};
 
 /// What keeps a recording from being fitted.
 #[derive(Debug, thiserror::Error)]
@@ -11,6 +12,17 @@ pub enum InverseError {
     /// The stage was asked to drive the model but was not recorded.
     #[error("the recording has no stage.csv, so the stage cannot drive the model; the wrench can")]
     NoStage,
+    /// The stage drives a tip whose contact is not modelled.
+    #[error(
+        "the tip ({shape:?}, {contact:?}) is not modelled when the stage drives it: a pad and a rigid flat face, \
+         both bonded, are; let the wrench drive the model, which does not ask for the tip's shape"
+    )]
+    TipNotModelled {
+        /// Its face.
+        shape: TipShape,
+        /// What holds it to the surface.
+        contact: Contact,
+    },
     /// Nothing in the recording moves the model.
     #[error("the recording's {pokes} pokes hold no row in which anything moves: nothing can be fitted")]
     Nothing {

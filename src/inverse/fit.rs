@@ -13,9 +13,9 @@ use super::outcome::{Found, outcome};
 use super::problem::{Linearised, Parameter, Problem, State};
 use super::result::Fit;
 use super::search::{adjoint, candidates, search};
-use crate::fem::{FemError, Model, Order, Resolution, Space, Spot, discretise};
+use crate::fem::{FemError, Model, Order, Profile, Resolution, Space, Spot, discretise};
 use crate::mesh::{SurfaceIndex, TetMesh};
-use crate::observation::Recording;
+use crate::observation::{Contact, Recording, Tip, TipShape};
 
 /// How a fit is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,7 +74,7 @@ pub fn fit(
         return Err(InverseError::Nothing { pokes: recording.pokes.len() });
     }
     progress(Progress::Building { unknowns: 0 });
-    let tips = tips(&recording.mesh, &evidence)?;
+    let tips = tips(recording, &evidence)?;
     let level_0 = level(recording, &tips, 0)?;
     let mut problem = problem(recording, &evidence, &level_0, settings)?;
     progress(Progress::Building { unknowns: problem.bench.model.unknowns() });
@@ -135,14 +135,29 @@ fn without_the_insignificant(found: &Linearised, limit: &Limit) -> Option<State>
 }
 
 /// The tips' discs on the given mesh.
-fn tips(mesh: &TetMesh, evidence: &Evidence) -> Result<Vec<Spot>, InverseError> {
-    let space = Space::new(mesh, Order::P1).map_err(FemError::from)?;
-    spots(&space, evidence)
+fn tips(recording: &Recording, evidence: &Evidence) -> Result<Vec<Spot>, InverseError> {
+    let space = Space::new(&recording.mesh, Order::P1).map_err(FemError::from)?;
+    spots(&space, evidence, recording.tip)
 }
 
-fn spots(space: &Space, evidence: &Evidence) -> Result<Vec<Spot>, InverseError> {
+fn spots(space: &Space, evidence: &Evidence, tip: Tip) -> Result<Vec<Spot>, InverseError> {
+    let profile = profile(tip, evidence.driven)?;
     let all: Vec<usize> = (0..space.faces().len()).collect();
-    evidence.sites.iter().map(|site| Ok(Spot::disc(space, &all, &site.centre, site.radius_m)?)).collect()
+    evidence
+        .sites
+        .iter()
+        .map(|site| Ok(Spot::weighed(space, &all, &site.centre, site.radius_m, profile)?))
+        .collect()
+}
+
+/// How the tip's load is spread. Where the wrench is known it is spread by the six modes of
+/// [`wrench_loads`](crate::fem::wrench_loads), whatever the tip's face: away from it only the wrench matters.
+fn profile(tip: Tip, driven: Driven) -> Result<Profile, InverseError> {
+    match (driven, tip.contact, tip.shape) {
+        (Driven::ByWrench, ..) | (Driven::ByStage, Contact::Bonded, TipShape::Pad) => Ok(Profile::Uniform),
+        (Driven::ByStage, Contact::Bonded, TipShape::Flat) => Ok(Profile::Rigid),
+        (Driven::ByStage, contact, shape) => Err(InverseError::TipNotModelled { shape, contact }),
+    }
 }
 
 fn level(recording: &Recording, tips: &[Spot], level: u32) -> Result<TetMesh, InverseError> {
@@ -158,7 +173,7 @@ fn problem<'a>(
     settings: &Settings,
 ) -> Result<Problem<'a>, InverseError> {
     let model = Model::new(mesh, settings.element, recording.phantom.poisson_ratio, FIXED)?;
-    let tips = spots(model.space(), evidence)?;
+    let tips = spots(model.space(), evidence, recording.tip)?;
     let index = SurfaceIndex::new(mesh, mesh.surface(OBSERVED));
     let markers = evidence
         .rest
@@ -174,4 +189,26 @@ fn problem<'a>(
     let search = model.space().surface(SEARCH).to_vec();
     let bench = Bench::new(model, tips, markers, &sites, evidence.driven, weight)?;
     Ok(Problem { evidence, bench, search, adjoint: Vec::new() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tip_that_is_not_modelled_is_refused_unless_the_wrench_drives() {
+        let tip = |shape, contact| Tip { shape, contact };
+        let sphere = TipShape::Sphere { radius_m: 0.005 };
+        for (shape, contact) in [
+            (sphere, Contact::Bonded),
+            (TipShape::Flat, Contact::Unilateral),
+            (TipShape::Pad, Contact::Unilateral),
+        ] {
+            let refused = profile(tip(shape, contact), Driven::ByStage).expect_err("not modelled");
+            assert!(refused.to_string().contains(&format!("{shape:?}, {contact:?}")), "{refused}");
+            assert_eq!(profile(tip(shape, contact), Driven::ByWrench).expect("any tip"), Profile::Uniform);
+        }
+        let bonded = |shape| profile(tip(shape, Contact::Bonded), Driven::ByStage).expect("modelled");
+        assert_eq!((bonded(TipShape::Pad), bonded(TipShape::Flat)), (Profile::Uniform, Profile::Rigid));
+    }
 }
