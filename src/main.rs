@@ -1,2 +1,7 @@
 //! The command line: parse what was typed, run it, exit with the code that says how it went.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    phantom_rig::cli::run()
+}

@@ -1,1 +1,38 @@
 //! What was typed, and the exit code.
+//!
+//! `main` calls [`run`], which parses the arguments, runs one subcommand and prints its [`Outcome`]: text, or
+//! JSON with `--json`, on standard output; errors, as one chain of causes, and progress on standard error.
+//!
+//! | exit code | meaning |
+//! | --- | --- |
+//! | 0 | good |
+//! | 1 | failed: nothing was written |
+//! | 2 | usage: what was typed makes no sense |
+//! | 3 | finished, but degraded: something is suspicious, lost, not converged or ambiguous |
+//! | 130 | interrupted (Ctrl-C): nothing was written |
+//!
+//! # A new subcommand
+//! One file: its `clap::Args` with help and examples, and `run(&arguments, &Context) -> anyhow::Result<Outcome>`.
+//! One line each in `arguments` (what may be typed) and in `run` (what is called). Results are written through
+//! [`StagedFolder`] or [`StagedFile`], so that neither an error nor Ctrl-C leaves anything half-written; long
+//! work reports to [`Progress`].
+
+mod arguments;
+mod block_mesh;
+mod check;
+mod check_text;
+mod completions;
+mod draw;
+mod experiment;
+mod fit;
+mod outcome;
+mod progress;
+mod run;
+mod side;
+mod staged;
+
+pub use outcome::{Context, Exit, Outcome, UsageError};
+pub use progress::{Bar, Progress};
+pub use run::run;
+pub use side::{Bound, Region, RegionError, Side};
+pub use staged::{StagedError, StagedFile, StagedFolder};

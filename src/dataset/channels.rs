@@ -13,24 +13,24 @@ pub(super) const FORCE: [&str; 7] = ["t_s", "fx_n", "fy_n", "fz_n", "tx_nm", "ty
 /// Columns of `markers.csv`.
 pub(super) const MARKERS: [&str; 5] = ["t_s", "marker", "x_m", "y_m", "z_m"];
 
-/// Reads `stage.csv`. One row an instant: times ascend strictly.
+/// Reads `stage.csv`. Times ascend.
 pub(super) fn read_stage(file: &Path) -> Result<Stage, DatasetError> {
     let mut table = Table::open(file, STAGE)?;
     let mut stage = Stage::default();
     while table.advance()? {
-        stage.time_s.push(table.time(stage.time_s.last().copied(), true)?);
+        stage.time_s.push(table.time(stage.time_s.last().copied())?);
         stage.displacement_m.push(table.vector(1)?);
     }
     not_empty(file, stage.time_s.is_empty())?;
     Ok(stage)
 }
 
-/// Reads `force.csv`. One row an instant: times ascend strictly.
+/// Reads `force.csv`. Times ascend.
 pub(super) fn read_wrench(file: &Path) -> Result<Wrench, DatasetError> {
     let mut table = Table::open(file, FORCE)?;
     let mut wrench = Wrench::default();
     while table.advance()? {
-        wrench.time_s.push(table.time(wrench.time_s.last().copied(), true)?);
+        wrench.time_s.push(table.time(wrench.time_s.last().copied())?);
         wrench.force_n.push(table.vector(1)?);
         wrench.torque_nm.push(table.vector(4)?);
     }
@@ -67,7 +67,7 @@ pub(super) fn read_markers(file: &Path, rest_until_s: f64) -> Result<MarkerFile,
     let mut seen: Vec<Seen> = Vec::new();
     while table.advance()? {
         let previous = markers.frame_time_s.last().copied();
-        let time_s = table.time(previous, false)?;
+        let time_s = table.time(previous)?;
         if previous != Some(time_s) {
             markers.frame_time_s.push(time_s);
         }

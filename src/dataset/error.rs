@@ -162,10 +162,10 @@ pub enum DatasetError {
         /// The field.
         value: String,
     },
-    /// A row earlier than, or as early as, the row before.
+    /// A row earlier than the row before.
     #[error(
-        "{}, row {row}, column {column}: {time_s} s follows {previous_s} s; expected rows sorted by time{}",
-        file.display(), if *strict { ", each later than the one before" } else { "" }
+        "{}, row {row}, column {column}: {time_s} s follows {previous_s} s; expected rows sorted by time",
+        file.display()
     )]
     UnsortedTime {
         /// The file.
@@ -178,8 +178,6 @@ pub enum DatasetError {
         time_s: f64,
         /// The time of the row before (s).
         previous_s: f64,
-        /// Whether equal times are refused too.
-        strict: bool,
     },
     /// A marker with two rows at one instant.
     #[error("{}, row {row}, column marker: marker {marker} already has a row at {time_s} s; expected one", file.display())]

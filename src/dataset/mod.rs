@@ -6,7 +6,7 @@
 //! was expected there ([`DatasetError`]). What is allowed but looks like a mistake, such as a length in
 //! millimetres or a noise that the rest interval contradicts, comes back as a [`Suspicion`].
 //!
-//! Meshes are read from Gmsh MSH 2.2 and 4.1 ([`read_mesh`], [`parse_mesh`]); what each
+//! Meshes are read from Gmsh MSH 2.2 and 4.1, legacy VTK and VTU ([`read_mesh`], [`parse_mesh`]); what each
 //! format must hold is written in [`MeshFileError`]'s module and in the parsers. A bundle's mesh is `mesh.msh`;
 //! without it `mesh.vtu`, without that `mesh.vtk`.
 //!
@@ -22,6 +22,7 @@ mod manifest;
 mod mesh_file;
 mod pokes;
 mod rest;
+mod survey;
 mod suspicion;
 mod table;
 mod text;
@@ -31,5 +32,6 @@ pub use bundle::{MESH_FILES, read_bundle};
 pub use error::DatasetError;
 pub use mesh_file::{MeshFileError, Place, parse_mesh, read_mesh, write_msh};
 pub use rest::{ChannelNoise, RestNoise, rest_noise};
+pub use survey::{ChannelSurvey, MarkerSurvey, MeshSurvey, PokeSurvey, SurfaceSurvey, Survey, survey};
 pub use suspicion::Suspicion;
 pub use write::write_bundle;

@@ -80,7 +80,6 @@ fn check(
                 column: "start_s",
                 time_s: start_s,
                 previous_s: last.start_s,
-                strict: false,
             });
         }
         if start_s < last.end_s {

@@ -38,12 +38,10 @@ pub enum Suspicion {
     Noise {
         /// The channel.
         channel: &'static str,
-        /// Axis: 0 for x.
-        axis: usize,
-        /// Stated standard deviation (SI).
-        stated: f64,
+        /// Stated standard deviation along x, y and z (SI).
+        stated: [f64; 3],
         /// Measured standard deviation (SI).
-        measured: f64,
+        measured: [f64; 3],
     },
     /// The tip pulls, or the sensor's reaction was recorded instead of the tip's force.
     ForceSign {
@@ -91,12 +89,13 @@ impl fmt::Display for Suspicion {
                 expected.start(),
                 expected.end()
             ),
-            Self::Noise { channel, axis, stated, measured } => write!(
-                f,
-                "the {channel}'s noise along {} is {measured:.2e} at rest, {:.2} times the stated {stated:.2e}",
-                ["x", "y", "z"][*axis],
-                measured / stated
-            ),
+            Self::Noise { channel, stated, measured } => {
+                let [x, y, z] = std::array::from_fn(|i| measured[i] / stated[i]);
+                write!(
+                    f,
+                    "the {channel}'s noise at rest is {x:.2}, {y:.2}, {z:.2} times the stated one along x, y, z"
+                )
+            }
             Self::ForceSign { poke, along_n, standard_error_n } => write!(
                 f,
                 "force.csv: in poke {poke} the mean force along the poke's direction is {along_n:.4} N (standard error {standard_error_n:.4} N): is it the phantom's force on the tip?"
@@ -126,14 +125,7 @@ const SURE_SIGN: f64 = 10.0;
 /// Everything suspicious about `recording`.
 pub(super) fn suspicions(recording: &Recording) -> Vec<Suspicion> {
     let mut found = units(recording);
-    for (channel, noise) in rest_noise(recording).channels() {
-        for (axis, ratio) in noise.ratio().into_iter().enumerate() {
-            if noise.degrees_of_freedom >= NOISE_DEGREES_OF_FREEDOM && !NOISE_RATIOS.contains(&ratio) {
-                let (stated, measured) = (noise.stated[axis], noise.measured[axis]);
-                found.push(Suspicion::Noise { channel, axis, stated, measured });
-            }
-        }
-    }
+    found.extend(noise(recording));
     let boundary = boundary_triangles(&recording.mesh).unwrap_or_default();
     let surface = SurfaceIndex::new(&recording.mesh, &boundary);
     for poke in &recording.pokes {
@@ -146,6 +138,23 @@ pub(super) fn suspicions(recording: &Recording) -> Vec<Suspicion> {
         }
     }
     found
+}
+
+/// Channels whose noise at rest is not the stated one. Without a stage the wrench may be a dead load that was
+/// written down, not measured: then it is exactly constant, and nothing is wrong.
+fn noise(recording: &Recording) -> Vec<Suspicion> {
+    let dead_load = |channel: &str, measured: f64| {
+        recording.stage.is_none() && measured == 0.0 && ["force", "torque"].contains(&channel)
+    };
+    rest_noise(recording)
+        .channels()
+        .filter(|(channel, noise)| {
+            let believed =
+                |i: usize| NOISE_RATIOS.contains(&noise.ratio()[i]) || dead_load(channel, noise.measured[i]);
+            noise.degrees_of_freedom >= NOISE_DEGREES_OF_FREEDOM && !(0..3).all(believed)
+        })
+        .map(|(channel, noise)| Suspicion::Noise { channel, stated: noise.stated, measured: noise.measured })
+        .collect()
 }
 
 /// Sizes that give a wrong unit away.

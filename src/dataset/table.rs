@@ -113,20 +113,17 @@ impl<const N: usize> Table<N> {
         self.field(which).parse().map_err(|_| self.not_a_number(which, WHOLE))
     }
 
-    /// Column 0 of the row as a time not before `previous_s`, and after it when `strict`.
-    pub(super) fn time(&self, previous_s: Option<f64>, strict: bool) -> Result<f64, DatasetError> {
+    /// Column 0 of the row as a time not before `previous_s`. Equal times are sorted too.
+    pub(super) fn time(&self, previous_s: Option<f64>) -> Result<f64, DatasetError> {
         let time_s = self.number(0)?;
         match previous_s {
-            Some(previous_s) if time_s < previous_s || (strict && time_s == previous_s) => {
-                Err(DatasetError::UnsortedTime {
-                    file: self.file.clone(),
-                    row: self.line(self.row()),
-                    column: self.columns[0],
-                    time_s,
-                    previous_s,
-                    strict,
-                })
-            }
+            Some(previous_s) if time_s < previous_s => Err(DatasetError::UnsortedTime {
+                file: self.file.clone(),
+                row: self.line(self.row()),
+                column: self.columns[0],
+                time_s,
+                previous_s,
+            }),
             _ => Ok(time_s),
         }
     }

@@ -38,11 +38,11 @@ impl Resolution {
 }
 
 /// Edge length at the end of the glue on level 0, and longest edge anywhere, over the body's thickness.
-const GLUE_SHARE: f64 = 0.28;
-const LONGEST_SHARE: f64 = 0.55;
+const GLUE_SHARE: f64 = 0.45;
+const LONGEST_SHARE: f64 = 0.8;
 
 /// Edges grow by this share of the distance from what they resolve.
-const GROWTH: f64 = 0.6;
+const GROWTH: f64 = 1.0;
 
 /// A disc that hangs over an edge or lies on a curved surface is resolved by edges of this share of its radius.
 const RIM_SHARE: f64 = 0.25;

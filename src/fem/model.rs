@@ -152,6 +152,11 @@ impl Model {
             .collect())
     }
 
+    /// Nodal displacement under loads given as weights on components, for a unit modulus.
+    pub fn respond_to(&self, loads: &[Functional]) -> Result<Vec<Vec<f64>>, FemError> {
+        self.solve(loads.iter().map(|l| (self.scatter(l), None)).collect())
+    }
+
     /// Nodal displacement under arbitrary nodal forces (`[3 n + i]`, N) for a unit modulus.
     pub fn displace(&self, forces: Vec<Vec<f64>>) -> Result<Vec<Vec<f64>>, FemError> {
         self.solve(forces.into_iter().map(|f| (f, None)).collect())
@@ -246,6 +251,18 @@ impl Response {
         match &self.near {
             Some(near) => elements + near.at(spot),
             None => elements,
+        }
+    }
+
+    /// How the mean over the disc `spot` changes as the disc moves along `tangent`, `slope` being its
+    /// [`Spot::slope`]: column `j` for a unit force along axis `j`. A disc's own near field moves with it and adds
+    /// nothing.
+    pub fn slope_at(&self, slope: &[Functional; 3], spot: &Spot, tangent: &Vec3) -> Mat3 {
+        let elements =
+            Mat3::from_fn(|i, j| slope[i].iter().map(|&(c, w)| w * self.nodal[j][c as usize]).sum());
+        match (&self.near, spot.as_disc()) {
+            (Some(near), Some((disc, _))) => elements + near.slope_over(&disc, tangent),
+            _ => elements,
         }
     }
 

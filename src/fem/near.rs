@@ -6,7 +6,7 @@
 //! disc, whatever the mesh there.
 
 use super::elasticity::stress;
-use super::element::triangle_quadrature;
+use super::element::{gauss_legendre, triangle_quadrature};
 use super::half_space::{LoadedDisc, disc_self_compliance};
 use super::space::Space;
 use super::spot::{Spot, SpotKind, turned};
@@ -87,26 +87,36 @@ impl Near {
         }
     }
 
-    /// Mean displacement over another disc, or over the loaded disc itself.
-    fn mean_over(&self, other: &Disc) -> Mat3 {
-        if (other.centre - self.disc.centre).norm() < 1e-9 * self.disc.radius
+    fn is(&self, other: &Disc) -> bool {
+        (other.centre - self.disc.centre).norm() < 1e-9 * self.disc.radius
             && (other.radius / self.disc.radius - 1.0).abs() < 1e-9
             && (other.normal - self.disc.normal).norm() < 1e-9
-        {
+    }
+
+    /// Slope along `tangent` (in the other disc's plane) of the mean displacement over another disc; zero for the
+    /// loaded disc itself, whose near field moves with it.
+    pub fn slope_over(&self, other: &Disc, tangent: &Vec3) -> Mat3 {
+        let mut mean = Mat3::zeros();
+        if !self.is(other) {
+            over(other, |p, weight| {
+                for (j, gradient) in self.gradients(&p).iter().enumerate() {
+                    let mut column = mean.column_mut(j);
+                    column += gradient * tangent * weight;
+                }
+            });
+        }
+        mean
+    }
+
+    /// Mean displacement over another disc, or over the loaded disc itself.
+    fn mean_over(&self, other: &Disc) -> Mat3 {
+        if self.is(other) {
             let [tangential, normal] = disc_self_compliance(self.disc.radius, self.local.poisson_ratio);
             let local = Mat3::from_diagonal(&Vec3::new(tangential, tangential, normal));
             return self.frame * local * self.frame.transpose();
         }
-        let basis = basis_from_axis(&other.normal);
         let mut mean = Mat3::zeros();
-        for (t, wt) in super::element::gauss_legendre(5) {
-            let rho = other.radius * t.sqrt();
-            for i in 0..16 {
-                let (sin, cos) = (std::f64::consts::TAU * (f64::from(i) + 0.5) / 16.0).sin_cos();
-                let p = other.centre + basis * Vec3::new(rho * cos, rho * sin, 0.0);
-                mean += self.displacement(&p) * (wt / 16.0);
-            }
-        }
+        over(other, |p, weight| mean += self.displacement(&p) * weight);
         mean
     }
 
@@ -164,5 +174,18 @@ impl Near {
     pub fn distance(&self, p: &Vec3) -> f64 {
         let r = self.frame.transpose() * (p - self.disc.centre);
         (r.x.hypot(r.y) - self.disc.radius).max(0.0).hypot(r.z)
+    }
+}
+
+/// Points over a disc with weights that sum to 1.
+fn over(disc: &Disc, mut f: impl FnMut(Vec3, f64)) {
+    const AROUND: u32 = 16;
+    let basis = basis_from_axis(&disc.normal);
+    for (t, wt) in gauss_legendre(5) {
+        let rho = disc.radius * t.sqrt();
+        for i in 0..AROUND {
+            let (sin, cos) = (std::f64::consts::TAU * (f64::from(i) + 0.5) / f64::from(AROUND)).sin_cos();
+            f(disc.centre + basis * Vec3::new(rho * cos, rho * sin, 0.0), wt / f64::from(AROUND));
+        }
     }
 }

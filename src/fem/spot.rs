@@ -149,7 +149,8 @@ impl Spot {
         let face = space.surface(surface)[attached.triangle];
         let (foot, offset) = (attached.point.position, rest - attached.point.position);
         let nodes = space.face_nodes(face);
-        let shape = space.order().face_shape(attached.point.barycentric);
+        // The named surface may list a triangle's corners from another corner on than the element face does.
+        let shape = space.order().face_shape(space.face_triangle(face).nearest(&foot).barycentric);
         let mut weights: [Functional; 3] = Default::default();
         for (i, w) in weights.iter_mut().enumerate() {
             w.extend(nodes.iter().zip(shape).map(|(&n, s)| (3 * n + i as u32, s)));
@@ -178,6 +179,11 @@ impl Spot {
         Vec3::from_fn(|i, _| self.weights[i].iter().map(|&(c, w)| w * nodal[c as usize]).sum())
     }
 
+    /// Whether this is a disc that hangs over no edge of the body.
+    pub fn wholly_on_body(&self) -> bool {
+        matches!(self.kind, SpotKind::Disc { covered, .. } if (covered - 1.0).abs() < 1e-3)
+    }
+
     /// The disc and whether the half-space carries its near field; `None` for a marker.
     pub fn as_disc(&self) -> Option<(Disc, bool)> {
         match self.kind {
@@ -188,7 +194,7 @@ impl Spot {
 }
 
 /// Boundary faces that may lie under a disc: near its plane, facing its way, within reach of its rim.
-fn under(space: &Space, disc: &Disc) -> impl Iterator<Item = usize> {
+pub(super) fn under(space: &Space, disc: &Disc) -> impl Iterator<Item = usize> {
     (0..space.faces().len()).filter(move |&face| {
         let triangle = space.face_triangle(face);
         let arm = triangle.0.map(|p| p - disc.centre);
@@ -200,7 +206,7 @@ fn under(space: &Space, disc: &Disc) -> impl Iterator<Item = usize> {
 }
 
 /// Adds up weights on the same component; drops zeros.
-fn gather(functional: &mut Functional) {
+pub(super) fn gather(functional: &mut Functional) {
     functional.sort_unstable_by_key(|&(c, _)| c);
     functional.dedup_by(|next, kept| {
         let same = next.0 == kept.0;
@@ -280,7 +286,10 @@ mod tests {
     fn a_marker_carries_its_offset_with_the_rotation() {
         let spin = Mat3::new(0.0, -0.3, 0.2, 0.3, 0.0, -0.7, -0.2, 0.7, 0.0);
         for order in [Order::P1, Order::P2] {
-            let (mesh, space) = slab(order);
+            let (mut mesh, _) = slab(order);
+            // A mesh file may list a surface triangle from any corner on.
+            mesh.surfaces.values_mut().flatten().for_each(|t| t.rotate_left(1));
+            let space = Space::new(&mesh, order).expect("space");
             let u = field(&space, |p| spin * p + Vec3::new(0.1, 0.2, -0.1));
             let rest = Vec3::new(0.0613, 0.0432, 0.031);
             let (spot, attached) = Spot::marker(&space, &mesh, "z+", &rest).expect("attached");

@@ -2,18 +2,43 @@
 //!
 //! Symbols: `E` Young's modulus (Pa), `k` stiffness of a restraint patch (N/m).
 
+mod blocks;
 mod condensed;
+mod error;
+mod evidence;
 pub mod experiment;
+mod extrapolate;
+mod fit;
+mod forward;
 pub mod l1;
 mod nnls;
 pub mod nodal;
+mod outcome;
+mod problem;
 pub mod published;
+mod refit;
+mod residual;
+mod restraint;
 mod result;
+mod rows;
+mod search;
 mod solve_error;
+mod view;
 
-pub use condensed::{Condensed, NodalForce};
+pub use blocks::{Bench, Blocks, SiteBlocks, TipResponse};
+pub use condensed::Condensed;
+pub use error::InverseError;
+pub use evidence::{DRIVE, Drive, DriveTrack, Driven, Evidence, Reading, Site, WEIGHT};
+pub use extrapolate::{Limit, Pair};
+pub use fit::{Progress, Settings, fit};
+pub use forward::{Change, Forward, Group, NewDisc, Prediction, SitePrediction};
 pub use nnls::{NonNegative, nnls};
+pub use problem::{Linearised, Parameter, Problem, State};
+pub use refit::refit;
+pub use residual::Whitening;
+pub use restraint::{Mounted, Restraint};
 pub use result::{
     Discretisation, Estimate, Fit, FitMethod, MarkerView, Patch, PatchKind, PokeView, Residual, Sample,
 };
+pub use search::{Candidate, candidates, search};
 pub use solve_error::SolveError;

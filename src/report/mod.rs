@@ -1,1 +1,22 @@
-//! What a person should see.
+//! What a person should see of a fit: a page to look at, `fit.json` for programs, tables and VTK files for
+//! people who plot for themselves.
+//!
+//! [`write_fit`] writes all of them. Nothing here computes a result: what is shown is what
+//! [`crate::inverse::Fit`] holds.
+
+mod document;
+mod error;
+mod experiment;
+mod folder;
+mod page;
+mod tables;
+mod vtk;
+mod words;
+
+pub use document::to_json;
+pub use error::ReportError;
+pub use experiment::{experiment_text, write_experiment};
+pub use folder::write_fit;
+pub use page::page;
+pub use vtk::{Cells, Field, FieldValues, Grid, write_vtp, write_vtu};
+pub use words::{Verdict, finding, trust, verdict};

@@ -1,1 +1,52 @@
-//! A bench with physics of its own.
+//! A bench with physics of its own: what a session on a known phantom would have recorded.
+//!
+//! Nothing here is shared with the fit but the ground floor and the recording's types. The fit uses tetrahedra on
+//! the recording's mesh; the bench uses serendipity hexahedra on boxes of its own, graded towards the rims of tips
+//! and restraints and towards the end of the glue, and hands the fit a mesh that knows nothing of these places. So
+//! a fit of simulated data is never a fit of itself.
+//!
+//! The path: a [`Draw`] says everything about a session, concealed values included ([`draw`] makes one from a
+//! seed); [`record`] computes the response of the phantom to each poke, lets the instruments watch it and returns a
+//! [`Recording`](crate::observation::Recording). Equal draws give recordings equal to the last bit.
+//!
+//! Deliberately absent: weight, contact that opens or slides, memory. The bench conceals elasticity and restraint,
+//! not the rest of the physics catalogue.
+//!
+//! Symbols: `E` Young's modulus (Pa), `K` stiffness, `C` compliance, `u` displacement (m), `ν` Poisson's ratio.
+
+mod bench;
+mod demo;
+mod draw;
+mod equilibrium;
+mod error;
+mod fit_mesh;
+mod hex_mesh;
+mod instruments;
+mod large_strain;
+mod legendre;
+mod linear;
+mod load_path;
+mod neo_hookean;
+mod quadratic;
+mod random;
+mod record;
+mod resolution;
+mod seed;
+mod supports;
+mod timeline;
+mod truth;
+mod unknowns;
+#[cfg(test)]
+mod verification_large_strain;
+#[cfg(test)]
+mod verification_linear;
+
+pub use demo::demo;
+pub use draw::{Draw, Instruments, Kinematics, PokePlan, Wander};
+pub use error::SimError;
+pub use hex_mesh::Slab;
+pub use random::draw;
+pub use record::record;
+pub use resolution::Resolution;
+pub use supports::Restraint;
+pub use truth::{TrueRestraint, Truth};

@@ -2,6 +2,8 @@
 //! mesh file crashes a parser.
 
 mod fixture;
+mod mesh_writers;
+mod meshes;
 mod practice;
 mod refusals;
 mod round_trip;

@@ -11,6 +11,8 @@ pub(super) enum Encoding {
     Ascii,
     /// Machine numbers, little endian.
     LittleEndian,
+    /// Machine numbers, big endian.
+    BigEndian,
 }
 
 /// A place in a file that moves forward.
@@ -100,6 +102,13 @@ impl<'a> Cursor<'a> {
         Ok(*bytes)
     }
 
+    /// The next `count` bytes.
+    pub(super) fn slice(&mut self, count: usize, expected: &'static str) -> Result<&'a [u8], MeshFileError> {
+        let bytes = self.bytes[self.at..].get(..count).ok_or_else(|| self.truncated(expected))?;
+        self.at += count;
+        Ok(bytes)
+    }
+
     /// Goes behind the next occurrence of `mark`.
     pub(super) fn skip_past(&mut self, mark: &str) -> Result<(), MeshFileError> {
         let rest = &self.bytes[self.at..];
@@ -126,6 +135,7 @@ impl<'a> Cursor<'a> {
         match self.encoding {
             Encoding::Ascii => self.parsed(expected),
             Encoding::LittleEndian => Ok(i32::from_le_bytes(self.take(expected)?).into()),
+            Encoding::BigEndian => Ok(i32::from_be_bytes(self.take(expected)?).into()),
         }
     }
 
@@ -134,6 +144,7 @@ impl<'a> Cursor<'a> {
         match self.encoding {
             Encoding::Ascii => self.parsed(expected),
             Encoding::LittleEndian => Ok(u64::from_le_bytes(self.take(expected)?)),
+            Encoding::BigEndian => Ok(u64::from_be_bytes(self.take(expected)?)),
         }
     }
 
@@ -142,6 +153,7 @@ impl<'a> Cursor<'a> {
         match self.encoding {
             Encoding::Ascii => self.parsed(expected),
             Encoding::LittleEndian => Ok(f64::from_le_bytes(self.take(expected)?)),
+            Encoding::BigEndian => Ok(f64::from_be_bytes(self.take(expected)?)),
         }
     }
 }

@@ -4,7 +4,7 @@ use super::super::DatasetError;
 use super::super::text::{is_utf16, without_bom};
 use super::cursor::Cursor;
 use super::gmsh::{self, Version};
-use super::{MeshFileError, msh2, msh4};
+use super::{MeshFileError, msh2, msh4, vtk, vtu};
 use crate::mesh::TetMesh;
 use std::path::Path;
 
@@ -33,6 +33,10 @@ pub fn parse_mesh(bytes: &[u8]) -> Result<TetMesh, MeshFileError> {
             Version::V2 => msh2::parse(cursor)?,
             Version::V4 => msh4::parse(cursor)?,
         }
+    } else if start.starts_with(b"# vtk DataFile") {
+        vtk::parse(start)?
+    } else if start.starts_with(b"<") {
+        vtu::parse(start)?
     } else {
         let shown = &start[..start.len().min(24)];
         return Err(MeshFileError::UnknownFormat { start: String::from_utf8_lossy(shown).into_owned() });

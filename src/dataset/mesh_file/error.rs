@@ -117,13 +117,57 @@ pub enum MeshFileError {
         /// Values expected.
         expected: usize,
     },
-    /// A group number without a name.
-    #[error("cells have the group number {number}, but no field-data array names it; there are {found:?}")]
-    NamelessGroup {
-        /// The number.
+    /// Something in an array that does not belong there.
+    #[error("{array}: \"{found}\"; expected {expected}")]
+    UnexpectedInArray {
+        /// The array.
+        array: String,
+        /// What stands there.
+        found: String,
+        /// What was expected.
+        expected: String,
+    },
+    /// An array with fewer bytes than it announces.
+    #[error("{array}: the data end before the size that their header announces (is the file cut off?)")]
+    ArrayCutOff {
+        /// The array.
+        array: String,
+    },
+    /// A number that should be whole.
+    #[error("array {array}: {value} is not a whole number; expected one")]
+    NotWhole {
+        /// The array.
+        array: String,
+        /// The value.
+        value: f64,
+    },
+    /// A cell whose nodes are not in the list of nodes of cells.
+    #[error("cell {cell} has its nodes from {start} to {end} of the connectivity, which has no such range")]
+    CellBounds {
+        /// Index of the cell, from 0.
+        cell: usize,
+        /// Where its nodes start.
+        start: i64,
+        /// Where they end.
+        end: i64,
+    },
+    /// A cell that names a point that does not exist.
+    #[error("cell {cell} names point {node}; expected 0 to {count} (exclusive)")]
+    UnknownCellNode {
+        /// Index of the cell, from 0.
+        cell: usize,
+        /// The point that it names.
+        node: i64,
+        /// Number of points.
+        count: usize,
+    },
+    /// Group numbers, but no names for any.
+    #[error(
+        "cells have group numbers such as {number}, but no field-data array names one; expected an array called like each group with its number"
+    )]
+    NamelessGroups {
+        /// One of the numbers.
         number: i64,
-        /// The names that exist.
-        found: Vec<String>,
     },
     /// No tetrahedra in the volume `phantom`.
     #[error("there is no physical volume \"phantom\" with tetrahedra; the volumes are {found:?}")]

@@ -1,0 +1,79 @@
+//! What may be typed.
+
+use super::block_mesh::BlockArguments;
+use super::check::CheckArguments;
+use super::completions::CompletionArguments;
+use super::draw::DrawArguments;
+use super::experiment::BlockExperimentArguments;
+use super::fit::FitArguments;
+use clap::{Parser, Subcommand};
+
+/// Pokes a soft phantom, and finds its Young's modulus and hidden elastic restraint.
+#[derive(Debug, Parser)]
+#[command(
+    name = "phantom-rig",
+    version,
+    arg_required_else_help = true,
+    after_help = "Exit codes: 0 good; 1 failed, nothing written; 2 usage; 3 finished, but degraded; 130 interrupted.
+
+Examples:
+  phantom-rig fit recordings/practice-01 --out results/01
+  phantom-rig check recordings/practice-01
+  phantom-rig mesh block --size-mm 150x100x25 --cells 30x20x5 \\
+      --fixed 'z-,x<60mm' --search 'z-,x>60mm' --observed z+ slab.msh"
+)]
+pub(super) struct Cli {
+    /// Print the result as JSON on standard output
+    #[arg(long, global = true)]
+    pub(super) json: bool,
+    /// Print nothing but errors (and JSON, with --json)
+    #[arg(long, global = true)]
+    pub(super) quiet: bool,
+    #[command(subcommand)]
+    pub(super) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    Fit(FitArguments),
+    Check(CheckArguments),
+    Mesh(MeshArguments),
+    Experiment(ExperimentArguments),
+    Draw(DrawArguments),
+    Completions(CompletionArguments),
+}
+
+/// Makes meshes.
+#[derive(Debug, clap::Args)]
+pub(super) struct MeshArguments {
+    #[command(subcommand)]
+    pub(super) shape: Shape,
+}
+
+/// Repeats published experiments.
+#[derive(Debug, clap::Args)]
+pub(super) struct ExperimentArguments {
+    #[command(subcommand)]
+    pub(super) experiment: Experiment,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Experiment {
+    Block(BlockExperimentArguments),
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Shape {
+    Block(BlockArguments),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_do_not_contradict_each_other() {
+        Cli::command().debug_assert();
+    }
+}

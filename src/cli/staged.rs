@@ -1,0 +1,277 @@
+//! How results reach the disk whole or not at all.
+//!
+//! Results are written into a staging folder beside their destination and renamed into place at the end. An
+//! error drops the staging folder; Ctrl-C removes all of them and exits with 130. A result folder carries the
+//! file [`MARK`]; only a folder that has it, or `--force`, is replaced.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The file by which this program knows a result folder of its own.
+const MARK: &str = ".phantom-rig";
+
+/// What Ctrl-C exits with: 128 + SIGINT.
+const INTERRUPTED: i32 = 130;
+
+/// Why results could not be put in place.
+#[derive(Debug, thiserror::Error)]
+pub enum StagedError {
+    /// The destination is taken.
+    #[error("{} exists and was not written by phantom-rig; choose another place or pass --force", place.display())]
+    Taken {
+        /// The destination.
+        place: PathBuf,
+    },
+    /// The destination file exists.
+    #[error("{} exists; choose another name or pass --force", place.display())]
+    Exists {
+        /// The destination.
+        place: PathBuf,
+    },
+    /// The destination has no name of its own, such as `..`.
+    #[error("{} is no name for a result", place.display())]
+    NoName {
+        /// The destination.
+        place: PathBuf,
+    },
+    /// The operating system refused.
+    #[error("{}: can't be {action}", place.display())]
+    System {
+        /// File or folder.
+        place: PathBuf,
+        /// What was tried.
+        action: &'static str,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+/// Staging folders that exist now: what Ctrl-C removes. The lock is held while results are moved into place,
+/// so that an interruption finds them either staged or whole.
+static STAGED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Staging folders made so far, so that each has a name of its own.
+static COUNT: AtomicUsize = AtomicUsize::new(0);
+
+fn staged() -> MutexGuard<'static, Vec<PathBuf>> {
+    STAGED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Makes Ctrl-C and a polite kill remove what is staged and exit with 130.
+pub(super) fn clean_up_on_interrupt() -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(|| {
+        // The lock is never given back: nothing may be staged or moved into place any more.
+        for folder in staged().iter() {
+            remove(folder);
+        }
+        std::process::exit(INTERRUPTED);
+    })
+}
+
+/// Removes a folder into which somebody may still be writing.
+fn remove(folder: &Path) {
+    for _ in 0..100 {
+        match std::fs::remove_dir_all(folder) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => std::thread::yield_now(),
+            _ => return,
+        }
+    }
+}
+
+/// A folder that appears at its destination when it is complete.
+#[derive(Debug)]
+pub struct StagedFolder {
+    staging: Staging,
+    destination: PathBuf,
+}
+
+impl StagedFolder {
+    /// Prepares a result folder for `destination`. A folder that is there already is replaced at the end when
+    /// this program made it, when it is empty, or when `force` is given.
+    ///
+    /// # Errors
+    /// The destination is taken or can't be written to.
+    pub fn new(destination: &Path, force: bool) -> Result<Self, StagedError> {
+        let is_empty = || destination.read_dir().is_ok_and(|mut entries| entries.next().is_none());
+        let exists = destination.symlink_metadata().is_ok();
+        if exists && !(force || destination.join(MARK).is_file() || is_empty()) {
+            return Err(StagedError::Taken { place: destination.to_owned() });
+        }
+        let staging = Staging::beside(destination)?;
+        let mark = staging.folder.join(MARK);
+        let content = concat!("written by phantom-rig ", env!("CARGO_PKG_VERSION"), "\n");
+        std::fs::write(&mark, content).map_err(|e| system(&mark, "written", e))?;
+        Ok(Self { staging, destination: destination.to_owned() })
+    }
+
+    /// Where to write until the end.
+    pub fn path(&self) -> &Path {
+        &self.staging.folder
+    }
+
+    /// Puts the folder in place. On an error what was there before is still there.
+    ///
+    /// # Errors
+    /// The operating system refused.
+    pub fn finish(self) -> Result<(), StagedError> {
+        let _guard = staged();
+        let Self { staging, destination } = &self;
+        let exists = destination.symlink_metadata().is_ok();
+        let mut old = staging.folder.clone().into_os_string();
+        old.push("-old");
+        let old = PathBuf::from(old);
+        if exists {
+            std::fs::rename(destination, &old).map_err(|e| system(destination, "moved away", e))?;
+        }
+        if let Err(e) = std::fs::rename(&staging.folder, destination) {
+            if exists {
+                std::fs::rename(&old, destination).map_err(|e| system(&old, "moved back", e))?;
+            }
+            return Err(system(destination, "put in place", e));
+        }
+        if exists {
+            let removed =
+                if old.is_dir() { std::fs::remove_dir_all(&old) } else { std::fs::remove_file(&old) };
+            removed.map_err(|e| system(&old, "removed", e))?;
+        }
+        Ok(())
+    }
+}
+
+/// A file that appears at its destination when it is complete.
+#[derive(Debug)]
+pub struct StagedFile {
+    staging: Staging,
+    destination: PathBuf,
+}
+
+impl StagedFile {
+    /// Prepares a result file for `destination`; a file that is there already is replaced only with `force`.
+    ///
+    /// # Errors
+    /// The destination exists or can't be written to.
+    pub fn new(destination: &Path, force: bool) -> Result<Self, StagedError> {
+        if destination.is_dir() || (!force && destination.symlink_metadata().is_ok()) {
+            return Err(StagedError::Exists { place: destination.to_owned() });
+        }
+        Ok(Self { staging: Staging::beside(destination)?, destination: destination.to_owned() })
+    }
+
+    /// Where to write until the end.
+    pub fn path(&self) -> PathBuf {
+        self.staging.folder.join("result")
+    }
+
+    /// Puts the file in place.
+    ///
+    /// # Errors
+    /// The operating system refused.
+    pub fn finish(self) -> Result<(), StagedError> {
+        let _guard = staged();
+        std::fs::rename(self.path(), &self.destination)
+            .map_err(|e| system(&self.destination, "put in place", e))
+    }
+}
+
+/// A folder beside the destination, hence on the same file system, that is removed when dropped.
+#[derive(Debug)]
+struct Staging {
+    folder: PathBuf,
+}
+
+impl Staging {
+    fn beside(destination: &Path) -> Result<Self, StagedError> {
+        let name = destination
+            .file_name()
+            .ok_or_else(|| StagedError::NoName { place: destination.to_owned() })?
+            .to_string_lossy();
+        let parent = match destination.parent() {
+            Some(p) if !p.as_os_str().is_empty() => p,
+            _ => Path::new("."),
+        };
+        let mut list = staged();
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let folder = parent.join(format!(".{name}.partial-{}-{count}", std::process::id()));
+        std::fs::create_dir(&folder).map_err(|e| system(&folder, "made", e))?;
+        list.push(folder.clone());
+        Ok(Self { folder })
+    }
+}
+
+impl Drop for Staging {
+    fn drop(&mut self) {
+        let mut list = staged();
+        remove(&self.folder);
+        list.retain(|f| *f != self.folder);
+    }
+}
+
+fn system(place: &Path, action: &'static str, source: io::Error) -> StagedError {
+    StagedError::System { place: place.to_owned(), action, source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .expect("readable")
+            .map(|e| e.expect("readable").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_folder_appears_at_the_end_and_is_replaced_by_its_own_kind() {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let result = place.path().join("result");
+        for content in ["first", "second"] {
+            let staged = StagedFolder::new(&result, false).expect("free or ours");
+            fs::write(staged.path().join(content), content).expect("writable");
+            staged.finish().expect("movable");
+            assert_eq!(names(place.path()), ["result"]);
+            assert_eq!(names(&result), [MARK, content]);
+        }
+    }
+
+    #[test]
+    fn an_abandoned_result_leaves_nothing_and_spoils_nothing() {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let result = place.path().join("result");
+        drop(StagedFolder::new(&result, false).expect("free"));
+        drop(StagedFile::new(&result, false).expect("free"));
+        assert_eq!(names(place.path()), [""; 0]);
+        let kept = StagedFolder::new(&result, false).expect("free");
+        kept.finish().expect("movable");
+        fs::write(StagedFolder::new(&result, false).expect("ours").path().join("half"), "")
+            .expect("writable");
+        assert_eq!(names(&result), [MARK]);
+    }
+
+    #[test]
+    fn what_others_made_is_replaced_only_by_force() {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let folder = place.path().join("thesis");
+        fs::create_dir(&folder).expect("writable");
+        fs::write(folder.join("chapter.tex"), "years").expect("writable");
+        assert!(matches!(StagedFolder::new(&folder, false), Err(StagedError::Taken { .. })));
+        assert_eq!(names(&folder), ["chapter.tex"]);
+        let file = folder.join("chapter.tex");
+        assert!(matches!(StagedFile::new(&file, false), Err(StagedError::Exists { .. })));
+        assert!(matches!(StagedFile::new(&folder, true), Err(StagedError::Exists { .. })));
+        StagedFolder::new(&folder, true).expect("by force").finish().expect("movable");
+        assert_eq!(names(&folder), [MARK]);
+    }
+
+    #[test]
+    fn a_place_that_does_not_exist_is_named() {
+        let error = StagedFile::new(Path::new("/no/such/folder/mesh.msh"), false).expect_err("nowhere");
+        assert!(error.to_string().contains("/no/such/folder"), "{error}");
+        assert!(matches!(StagedFolder::new(Path::new("a/.."), true), Err(StagedError::NoName { .. })));
+    }
+}

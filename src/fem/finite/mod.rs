@@ -1,0 +1,38 @@
+//! How a body that is held, loaded and tied deforms at finite strain (total Lagrangian, static).
+//!
+//! # Symbols
+//! - `u`: displacement (m), component `3 n + i` for axis i of node n; `h` marks held components, `f` free ones.
+//! - `R(u)` = f_int(u) − f_ext + Σ λ_j b_j: residual (N), zero in equilibrium.
+//! - `K` = ∂f_int/∂u: tangent stiffness (N/m), symmetric.
+//! - `b_j`: functional of tie j, `b_j · u` its displacement (m); `λ_j` the force (N) by which the body pulls on
+//!   it, the tie pulls on the body by −λ_j. A spring has λ = k (b·u − d); a rigid tie has b·u = d.
+//! - `d_j`: where the far end of tie j has been moved to (m).
+//!
+//! # The path
+//! [`HeldBody::new`] (numbering, elimination order: once) → [`HeldBody::equilibrium`] (load steps, Newton) →
+//! [`Equilibrium`] → [`HeldBody::linearise`] → [`Linearisation::change`] (exact sensitivities, one back-solve
+//! each).
+//!
+//! An [`Equilibrium`] is a converged state; anything else is an error that says how far the load got and why
+//! not farther. Deliberately absent: loads that follow the deformation, contact, inertia, and continuation past
+//! a limit point (the tangent of the free components must stay positive definite).
+
+mod assembly;
+mod body;
+mod border;
+mod cell;
+mod equilibrium;
+mod error;
+mod linearisation;
+mod loads;
+mod newton;
+mod solid;
+mod stepping;
+
+pub use body::HeldBody;
+pub use equilibrium::{Equilibrium, LoadStep};
+pub use error::FiniteError;
+pub use linearisation::{Change, Linearisation, Sensitivity};
+pub use loads::{Loads, Tie, TieKind};
+pub use solid::Solid;
+pub use stepping::Controls;

@@ -1,0 +1,282 @@
+//! The compliance between everything that matters in a fit, condensed from the elements.
+//!
+//! Ports are loaded and seen: the tip at each site, and the discs through which restraint acts. Observers are
+//! only seen: the markers. All blocks are for a unit Young's modulus, in the phantom frame.
+
+use super::error::InverseError;
+use super::evidence::Driven;
+use crate::fem::{Functional, Model, Response, Spot, wrench_loads};
+use crate::geometry::{Mat3, Vec3};
+use nalgebra::{DMatrix, DVector};
+
+/// Compliance blocks with all sites and a set of restraint discs.
+#[derive(Debug, Clone)]
+pub struct Blocks {
+    /// One entry a site.
+    pub sites: Vec<SiteBlocks>,
+    /// Markers under restraint discs: `3 markers × 3 discs`.
+    pub markers_discs: DMatrix<f64>,
+    /// Discs under discs: `3 discs × 3 discs`, symmetric.
+    pub discs_discs: DMatrix<f64>,
+    /// Displacement under the body's weight: markers.
+    pub markers_weight: DMatrix<f64>,
+    /// Displacement under the body's weight: discs.
+    pub discs_weight: DMatrix<f64>,
+}
+
+/// Compliance blocks of the tip at one site. The tip is loaded by `modes` columns: a uniform traction along each
+/// axis, and, when the wrench drives the model, three more for the moments.
+#[derive(Debug, Clone)]
+pub struct SiteBlocks {
+    /// Tip under tip: `3 × modes`.
+    pub tip_tip: DMatrix<f64>,
+    /// Markers under tip: `3 markers × modes`.
+    pub markers_tip: DMatrix<f64>,
+    /// Discs under tip: `3 discs × modes`.
+    pub discs_tip: DMatrix<f64>,
+    /// Tip displacement under the body's weight: `3 × 1`.
+    pub tip_weight: DMatrix<f64>,
+}
+
+impl Blocks {
+    /// Entry by entry `combine(self, other)`.
+    pub fn zip(&self, other: &Self, combine: impl Fn(f64, f64) -> f64) -> Self {
+        let z = |a: &DMatrix<f64>, b: &DMatrix<f64>| a.zip_map(b, &combine);
+        Self {
+            sites: self
+                .sites
+                .iter()
+                .zip(&other.sites)
+                .map(|(a, b)| SiteBlocks {
+                    tip_tip: z(&a.tip_tip, &b.tip_tip),
+                    markers_tip: z(&a.markers_tip, &b.markers_tip),
+                    discs_tip: z(&a.discs_tip, &b.discs_tip),
+                    tip_weight: z(&a.tip_weight, &b.tip_weight),
+                })
+                .collect(),
+            markers_discs: z(&self.markers_discs, &other.markers_discs),
+            discs_discs: z(&self.discs_discs, &other.discs_discs),
+            markers_weight: z(&self.markers_weight, &other.markers_weight),
+            discs_weight: z(&self.discs_weight, &other.discs_weight),
+        }
+    }
+}
+
+/// A model with everything observed on it, ready to be asked about restraint discs.
+pub struct Bench {
+    /// The elements.
+    pub model: Model,
+    /// The tip at each site.
+    pub tips: Vec<Spot>,
+    /// All markers.
+    pub markers: Vec<Spot>,
+    tip_responses: Vec<TipResponse>,
+    /// Nodal displacement under the body's weight, when it acts.
+    weight: Option<Vec<f64>>,
+}
+
+/// Response to the tip's load at one site.
+pub enum TipResponse {
+    /// To a uniform traction along each axis: what the stage moves.
+    Traction(Response),
+    /// To a unit wrench about the site, mode by mode, as nodal displacement.
+    Wrench(Vec<Vec<f64>>),
+}
+
+impl TipResponse {
+    /// Number of load modes.
+    pub fn modes(&self) -> usize {
+        match self {
+            Self::Traction(_) => 3,
+            Self::Wrench(modes) => modes.len(),
+        }
+    }
+
+    /// Displacement of a spot: `3 × modes`.
+    pub fn at(&self, spot: &Spot) -> DMatrix<f64> {
+        let mut block = DMatrix::zeros(3, self.modes());
+        match self {
+            Self::Traction(response) => block.copy_from(&response.at(spot)),
+            Self::Wrench(modes) => {
+                for (k, nodal) in modes.iter().enumerate() {
+                    block.column_mut(k).copy_from(&spot.of(nodal));
+                }
+            }
+        }
+        block
+    }
+
+    /// Displacement of a node at `position` under load modes of these sizes, for a unit modulus.
+    pub fn at_node(&self, node: usize, position: &Vec3, sizes: &DVector<f64>) -> Vec3 {
+        match self {
+            Self::Traction(response) => response.at_node(node, position) * sizes.fixed_rows::<3>(0),
+            Self::Wrench(modes) => modes
+                .iter()
+                .zip(sizes.iter())
+                .map(|(nodal, f)| Vec3::from_fn(|i, _| nodal[3 * node + i]) * *f)
+                .sum(),
+        }
+    }
+
+    /// Slope of a disc's displacement along `tangent`: `3 × modes`.
+    fn slope_at(&self, slope: &[Functional; 3], spot: &Spot, tangent: &Vec3) -> DMatrix<f64> {
+        let mut block = DMatrix::zeros(3, self.modes());
+        match self {
+            Self::Traction(response) => block.copy_from(&response.slope_at(slope, spot, tangent)),
+            Self::Wrench(modes) => {
+                for (k, nodal) in modes.iter().enumerate() {
+                    block.column_mut(k).copy_from(&dot(slope, nodal));
+                }
+            }
+        }
+        block
+    }
+}
+
+impl Bench {
+    /// Solves for the tips, each at its site (m), and for the weight (N/m³), when it acts.
+    pub fn new(
+        model: Model,
+        tips: Vec<Spot>,
+        markers: Vec<Spot>,
+        sites: &[Vec3],
+        driven: Driven,
+        weight_n_m3: Option<Vec3>,
+    ) -> Result<Self, InverseError> {
+        let tip_responses = match driven {
+            Driven::ByStage => {
+                let tips: Vec<&Spot> = tips.iter().collect();
+                model.respond(&tips)?.into_iter().map(TipResponse::Traction).collect()
+            }
+            Driven::ByWrench => {
+                let mut responses = Vec::with_capacity(tips.len());
+                for (tip, site) in tips.iter().zip(sites) {
+                    let loads = wrench_loads(model.space(), tip, site)?;
+                    responses.push(TipResponse::Wrench(model.respond_to(&loads)?));
+                }
+                responses
+            }
+        };
+        let weight = match weight_n_m3 {
+            Some(w) => model.displace(vec![model.body_force(&w)])?.pop(),
+            None => None,
+        };
+        Ok(Self { model, tips, markers, tip_responses, weight })
+    }
+
+    /// Response to the tip at a site.
+    pub fn tip_response(&self, site: usize) -> &TipResponse {
+        &self.tip_responses[site]
+    }
+
+    /// Nodal displacement under the body's weight, when it acts.
+    pub fn weight_field(&self) -> Option<&[f64]> {
+        self.weight.as_deref()
+    }
+
+    /// All blocks, with restraint `discs` and the responses to them (as [`Model::respond`] gives).
+    pub fn blocks(&self, discs: &[Spot], responses: &[Response]) -> Blocks {
+        let stack = |spots: &[Spot], tip: &TipResponse| {
+            let mut all = DMatrix::zeros(3 * spots.len(), tip.modes());
+            for (i, spot) in spots.iter().enumerate() {
+                all.rows_mut(3 * i, 3).copy_from(&tip.at(spot));
+            }
+            all
+        };
+        let heavy = |spots: &[Spot]| {
+            let mut all = DMatrix::zeros(3 * spots.len(), 1);
+            if let Some(nodal) = &self.weight {
+                for (i, spot) in spots.iter().enumerate() {
+                    all.fixed_view_mut::<3, 1>(3 * i, 0).copy_from(&spot.of(nodal));
+                }
+            }
+            all
+        };
+        let under = |spots: &[Spot]| {
+            let mut all = DMatrix::zeros(3 * spots.len(), 3 * discs.len());
+            for (i, spot) in spots.iter().enumerate() {
+                for (j, response) in responses.iter().enumerate() {
+                    all.fixed_view_mut::<3, 3>(3 * i, 3 * j).copy_from(&response.at(spot));
+                }
+            }
+            all
+        };
+        let discs_discs = under(discs);
+        Blocks {
+            sites: self
+                .tips
+                .iter()
+                .zip(&self.tip_responses)
+                .map(|(tip, response)| SiteBlocks {
+                    tip_tip: response.at(tip),
+                    markers_tip: stack(&self.markers, response),
+                    discs_tip: stack(discs, response),
+                    tip_weight: heavy(std::slice::from_ref(tip)),
+                })
+                .collect(),
+            markers_discs: under(&self.markers),
+            // Reciprocity holds to the discretisation's accuracy; the mean of both readings is symmetric exactly.
+            discs_discs: (&discs_discs + discs_discs.transpose()) * 0.5,
+            markers_weight: heavy(&self.markers),
+            discs_weight: heavy(discs),
+        }
+    }
+
+    /// How the blocks change as disc `moved` is shifted along `tangent`. `adjoint` are the responses of the
+    /// markers, through which the markers' blocks follow by reciprocity.
+    pub fn shifted(
+        &self,
+        discs: &[Spot],
+        responses: &[Response],
+        adjoint: &[Response],
+        moved: usize,
+        tangent: &Vec3,
+    ) -> Blocks {
+        let slope = discs[moved].slope(self.model.space(), tangent);
+        let read = |response: &Response| response.slope_at(&slope, &discs[moved], tangent);
+        let mut sites = Vec::with_capacity(self.tips.len());
+        for tip in &self.tip_responses {
+            let modes = tip.modes();
+            let mut discs_tip = DMatrix::zeros(3 * discs.len(), modes);
+            discs_tip.rows_mut(3 * moved, 3).copy_from(&tip.slope_at(&slope, &discs[moved], tangent));
+            sites.push(SiteBlocks {
+                tip_tip: DMatrix::zeros(3, modes),
+                markers_tip: DMatrix::zeros(3 * self.markers.len(), modes),
+                discs_tip,
+                tip_weight: DMatrix::zeros(3, 1),
+            });
+        }
+        let mut markers_discs = DMatrix::zeros(3 * self.markers.len(), 3 * discs.len());
+        for (m, response) in adjoint.iter().enumerate() {
+            markers_discs.fixed_view_mut::<3, 3>(3 * m, 3 * moved).copy_from(&read(response).transpose());
+        }
+        let mut discs_discs = DMatrix::zeros(3 * discs.len(), 3 * discs.len());
+        for (other, response) in responses.iter().enumerate() {
+            let block: Mat3 = read(response);
+            if other == moved {
+                // C(x, x) changes through both of its places; the two are transposes of each other.
+                discs_discs
+                    .fixed_view_mut::<3, 3>(3 * moved, 3 * moved)
+                    .copy_from(&(block + block.transpose()));
+            } else {
+                discs_discs.fixed_view_mut::<3, 3>(3 * moved, 3 * other).copy_from(&block);
+                discs_discs.fixed_view_mut::<3, 3>(3 * other, 3 * moved).copy_from(&block.transpose());
+            }
+        }
+        let mut discs_weight = DMatrix::zeros(3 * discs.len(), 1);
+        if let Some(nodal) = &self.weight {
+            discs_weight.fixed_view_mut::<3, 1>(3 * moved, 0).copy_from(&dot(&slope, nodal));
+        }
+        Blocks {
+            sites,
+            markers_discs,
+            discs_discs,
+            markers_weight: DMatrix::zeros(3 * self.markers.len(), 1),
+            discs_weight,
+        }
+    }
+}
+
+fn dot(functional: &[Functional; 3], nodal: &[f64]) -> Vec3 {
+    Vec3::from_fn(|i, _| functional[i].iter().map(|&(c, w)| w * nodal[c as usize]).sum())
+}

@@ -1,0 +1,150 @@
+//! The default method: modulus and sparse, non-negative restraint from all pokes at once.
+//!
+//! 1. Boil the recording down to readings ([`Evidence`]).
+//! 2. On a discretisation of moderate size, find patches and modulus ([`search`](super::search)).
+//! 3. Carry the answer to the limit of fine elements ([`extrapolate`](super::extrapolate)).
+//! 4. Say how surely, and what the recording cannot tell ([`outcome`](super::outcome)).
+
+use super::blocks::Bench;
+use super::error::InverseError;
+use super::evidence::{Driven, Evidence};
+use super::extrapolate::Pair;
+use super::outcome::{Found, outcome};
+use super::problem::Problem;
+use super::result::Fit;
+use super::search::{adjoint, candidates, search, settle_glue};
+use crate::fem::{FemError, Model, Order, Resolution, Space, Spot, discretise};
+use crate::mesh::{SurfaceIndex, TetMesh};
+use crate::observation::Recording;
+
+/// How a fit is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Order of the elements.
+    pub element: Order,
+    /// Stay on the given mesh, refined only where tips need it, and skip the extrapolation.
+    pub quick: bool,
+    /// What drives the model; `None` takes the stage when there is one.
+    pub driven: Option<Driven>,
+    /// Radius (m) of a patch through which springs pull; the recording hardly tells it from the stiffness.
+    pub patch_radius_m: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { element: Order::P2, quick: false, driven: None, patch_radius_m: 0.005 }
+    }
+}
+
+/// What the fit is doing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progress {
+    /// Cutting, assembling and factoring.
+    Building {
+        /// Displacement components solved for; 0 before it is known.
+        unknowns: usize,
+    },
+    /// Looking for patches.
+    Searching {
+        /// Patches so far.
+        patches: usize,
+        /// Sum of squares per reading.
+        misfit: f64,
+    },
+    /// Carrying the answer to the limit of fine elements.
+    Refining,
+}
+
+/// Distance (m) between places at which a patch is first looked for, over the patch's radius.
+const SPACING: f64 = 1.0;
+
+/// Names of the surfaces, as the bundle format has them.
+const FIXED: &str = "fixed";
+const SEARCH: &str = "search";
+const OBSERVED: &str = "observed";
+
+/// Fits `recording`.
+pub fn fit(
+    recording: &Recording,
+    settings: &Settings,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Fit, InverseError> {
+    let evidence = Evidence::new(recording, settings.driven)?;
+    if evidence.sites.iter().all(|s| s.force.is_empty() && s.markers.iter().all(Vec::is_empty)) {
+        return Err(InverseError::Nothing { pokes: recording.pokes.len() });
+    }
+    progress(Progress::Building { unknowns: 0 });
+    let tips = tips(&recording.mesh, &evidence)?;
+    let level_0 = level(recording, &tips, 0)?;
+    let mut problem = problem(recording, &evidence, &level_0, settings)?;
+    progress(Progress::Building { unknowns: problem.bench.model.unknowns() });
+    problem.adjoint = adjoint(&problem)?;
+    let places = candidates(&problem, settings.patch_radius_m, SPACING * settings.patch_radius_m)?;
+    let [low, high] = recording.phantom.modulus_range_pa;
+    let found = search(&problem, (low * high).sqrt(), settings.patch_radius_m, &places, |at| {
+        progress(Progress::Searching {
+            patches: at.state.patches.len(),
+            misfit: at.chi2() / at.residual.len() as f64,
+        });
+    })?;
+    let found = settle_glue(&problem, found)?;
+    progress(Progress::Refining);
+    let (found, limit) = if settings.quick {
+        (found, None)
+    } else {
+        let pair = Pair {
+            coarse: self::problem(recording, &evidence, &level(recording, &tips, 1)?, settings)?,
+            fine: self::problem(recording, &evidence, &level(recording, &tips, 2)?, settings)?,
+        };
+        let unknowns = pair.fine.bench.model.unknowns();
+        let (found, limit) = pair.correct(&problem, found)?;
+        (found, Some((limit, unknowns)))
+    };
+    outcome(
+        recording,
+        settings,
+        &Found { evidence: &evidence, problem: &problem, at: &found, limit: limit.as_ref() },
+    )
+}
+
+/// The tips' discs on the given mesh.
+fn tips(mesh: &TetMesh, evidence: &Evidence) -> Result<Vec<Spot>, InverseError> {
+    let space = Space::new(mesh, Order::P1).map_err(FemError::from)?;
+    spots(&space, evidence)
+}
+
+fn spots(space: &Space, evidence: &Evidence) -> Result<Vec<Spot>, InverseError> {
+    let all: Vec<usize> = (0..space.faces().len()).collect();
+    evidence.sites.iter().map(|site| Ok(Spot::disc(space, &all, &site.centre, site.radius_m)?)).collect()
+}
+
+fn level(recording: &Recording, tips: &[Spot], level: u32) -> Result<TetMesh, InverseError> {
+    let resolution = Resolution::of(&recording.mesh, level).map_err(FemError::from)?;
+    let discs: Vec<&Spot> = tips.iter().collect();
+    Ok(discretise(&recording.mesh, FIXED, &discs, &resolution).map_err(FemError::from)?)
+}
+
+fn problem<'a>(
+    recording: &Recording,
+    evidence: &'a Evidence,
+    mesh: &TetMesh,
+    settings: &Settings,
+) -> Result<Problem<'a>, InverseError> {
+    let model = Model::new(mesh, settings.element, recording.phantom.poisson_ratio, FIXED)?;
+    let tips = spots(model.space(), evidence)?;
+    let index = SurfaceIndex::new(mesh, mesh.surface(OBSERVED));
+    let markers = evidence
+        .rest
+        .iter()
+        .map(|(rest, _)| Ok(Spot::marker_in(model.space(), &index, OBSERVED, rest)?.0))
+        .collect::<Result<Vec<_>, InverseError>>()?;
+    let weight = recording
+        .phantom
+        .gravity
+        .filter(|g| !g.at_rest)
+        .map(|g| g.acceleration_m_s2 * recording.phantom.density_kg_m3);
+    let sites: Vec<_> = evidence.sites.iter().map(|s| s.centre).collect();
+    let search = model.space().surface(SEARCH).to_vec();
+    let bench = Bench::new(model, tips, markers, &sites, evidence.driven, weight)?;
+    Ok(Problem { evidence, bench, search, adjoint: Vec::new() })
+}

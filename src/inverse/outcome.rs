@@ -1,0 +1,307 @@
+//! From a converged state to what is reported: deviations, bounds, what is left, and what cannot be told.
+
+use super::error::InverseError;
+use super::evidence::Evidence;
+use super::extrapolate::Limit;
+use super::fit::Settings;
+use super::forward::Forward;
+use super::problem::{Linearised, Parameter, Problem};
+use super::result::{Discretisation, Estimate, Fit, FitMethod, Patch, PatchKind};
+use super::rows::{Left, leftovers};
+use super::view::poke_views;
+use crate::fem::Order;
+use crate::geometry::Vec3;
+use crate::observation::Recording;
+use crate::units::{newtons_per_metre, pascals};
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// A converged fit, before it is put into words.
+pub(super) struct Found<'a> {
+    /// What was observed.
+    pub evidence: &'a Evidence,
+    /// The problem on the first discretisation.
+    pub problem: &'a Problem<'a>,
+    /// The state there, with its Jacobian.
+    pub at: &'a Linearised,
+    /// The limit of fine elements, with the unknowns of the finest discretisation; `None` for a quick fit.
+    pub limit: Option<&'a (Limit, usize)>,
+}
+
+/// Share of the step from the finest discretisation to the extrapolated limit that is taken as the standard
+/// deviation of the error left. Why: the extrapolation assumes that the error halves with the element size, while
+/// the size is followed by an unstructured mesh only to about a quarter.
+const LEFT_OF_EXTRAPOLATION: f64 = 0.25;
+
+/// Relative deviation of the modulus from elements away from the end of the glue: what P2 leaves at the longest
+/// edge that [`Resolution`](crate::fem::Resolution) allows (see the refinement study in the tests).
+const LEFT_ELSEWHERE: f64 = 1e-3;
+
+/// A quick fit stays on one discretisation; its error was up to this on slabs with free glue ends.
+const QUICK_ERROR: f64 = 0.02;
+
+/// The same for P1, which is offered for comparison.
+const P1_ERROR: f64 = 0.2;
+
+/// A softness closer to zero than this many deviations cannot be told from glue (95 %, one-sided).
+const ONE_SIDED_95: f64 = 1.645;
+
+/// Puts a converged fit into a [`Fit`].
+pub(super) fn outcome(
+    recording: &Recording,
+    settings: &Settings,
+    found: &Found<'_>,
+) -> Result<Fit, InverseError> {
+    let at = found.at;
+    let (prediction, residual, blocks, groups) = match found.limit {
+        Some((limit, _)) => (&limit.prediction, &limit.residual, &limit.blocks, &limit.groups),
+        None => (&at.prediction, &at.residual, &at.mounted.blocks, &at.mounted.groups),
+    };
+    let modulus = at.state.modulus;
+    let freedom = residual.len().saturating_sub(at.parameters.len());
+    if freedom == 0 {
+        return Err(InverseError::Undetermined { why: "it holds fewer readings than there are parameters" });
+    }
+    let excess = (residual.norm_squared() / freedom as f64).max(1.0);
+    let covariance = at
+        .covariance()
+        .ok_or(InverseError::Undetermined { why: "a direction of the parameters changes no reading" })?
+        * excess;
+
+    let modulus_error = match (settings.element, found.limit) {
+        (Order::P1, _) => P1_ERROR,
+        (Order::P2, None) => QUICK_ERROR,
+        (Order::P2, Some((limit, _))) => {
+            (LEFT_OF_EXTRAPOLATION * limit.modulus_shift.abs()).hypot(LEFT_ELSEWHERE)
+        }
+    };
+    let modulus_sd = modulus * covariance[(0, 0)].sqrt().hypot(modulus_error);
+    // With no more left than noise the noise is known; otherwise it is itself estimated from what is left.
+    let half = if excess > 1.0 {
+        StudentsT::new(0.0, 1.0, freedom as f64).map_or(ONE_SIDED_95, |t| t.inverse_cdf(0.95))
+    } else {
+        ONE_SIDED_95
+    };
+
+    let column = |wanted: &dyn Fn(&Parameter) -> bool| at.parameters.iter().position(wanted);
+    let mut patches = Vec::new();
+    // Stiffness k = E / s: its gradient in the parameters.
+    let mut gradients: Vec<DVector<f64>> = Vec::new();
+    let bound = bound(at)?;
+    for (p, patch) in at.state.patches.iter().enumerate() {
+        let softness_at = column(&|q| *q == Parameter::LogSoftness(p));
+        let mut centroid_sd_m = Vec3::zeros();
+        for (i, parameter) in at.parameters.iter().enumerate() {
+            if let Parameter::Shift(q, tangent) = parameter
+                && *q == p
+            {
+                centroid_sd_m += tangent.abs() * covariance[(i, i)].sqrt();
+            }
+        }
+        let kind = match softness_at {
+            Some(i) if covariance[(i, i)].sqrt() * ONE_SIDED_95 < 1.0 => {
+                let stiffness = modulus / patch.softness;
+                let mut gradient = DVector::zeros(at.parameters.len());
+                gradient[0] = stiffness;
+                gradient[i] = -stiffness;
+                let sd = (gradient.dot(&(&covariance * &gradient)).sqrt()).hypot(stiffness * modulus_error);
+                gradients.push(gradient);
+                PatchKind::Springs { stiffness_n_per_m: Estimate { value: stiffness, sd } }
+            }
+            _ => PatchKind::Glued {
+                stiffness_lower_bound_n_per_m: stiffness_lower_bound(found, p, residual, excess)?,
+            },
+        };
+        let springs = matches!(kind, PatchKind::Springs { .. });
+        patches.push(Patch {
+            kind,
+            centroid_m: patch.centre,
+            centroid_sd_m,
+            radius_m: patch.radius_m,
+            radius_estimated: patch.glued,
+            stiffness_bound_n_per_m: softness_at.filter(|_| springs).and_then(|i| {
+                let at_bound = bound.columns.iter().position(|&c| c == i)?;
+                let stiffness = modulus / patch.softness;
+                let b = &bound.covariance;
+                Some(stiffness * (b[(0, 0)] + b[(at_bound, at_bound)] - 2.0 * b[(0, at_bound)]).sqrt())
+            }),
+        });
+    }
+    let total = restraint_total(&patches, &gradients, &covariance, modulus_error);
+    let mut modulus_gradient = DVector::zeros(at.parameters.len());
+    modulus_gradient[0] = modulus;
+    gradients.insert(0, modulus_gradient);
+    let correlation = correlation(&gradients, &covariance);
+    patches.sort_by(|a, b| stiffness(b).total_cmp(&stiffness(a)));
+
+    let Left { residual: left, per_poke } =
+        leftovers(recording, found.evidence, prediction, at.parameters.len());
+    let forward = Forward::new(blocks, groups, modulus, found.evidence.driven)
+        .ok_or(InverseError::Undetermined { why: "the compliance is not positive definite" })?;
+    let pokes =
+        poke_views(recording, found.evidence, found.problem, &at.mounted, &forward, prediction, &per_poke);
+    let discretisation = Discretisation {
+        element: match settings.element {
+            Order::P1 => "P1".to_owned(),
+            Order::P2 => "P2".to_owned(),
+        },
+        given_nodes: recording.mesh.nodes.len(),
+        given_tets: recording.mesh.tets.len(),
+        degrees_of_freedom: found
+            .limit
+            .map_or(found.problem.bench.model.unknowns(), |(_, unknowns)| *unknowns),
+        modulus_error,
+    };
+    let mut fit = Fit {
+        recording: recording.name.clone(),
+        method: FitMethod::Default,
+        young_modulus_pa: Estimate { value: modulus, sd: modulus_sd },
+        young_modulus_interval90_pa: [modulus - half * modulus_sd, modulus + half * modulus_sd],
+        young_modulus_bound_pa: modulus * bound.covariance[(0, 0)].sqrt(),
+        restraint_total_n_per_m: total,
+        patches,
+        correlation,
+        residual: left,
+        discretisation,
+        remarks: Vec::new(),
+        pokes,
+    };
+    fit.remarks = remarks(recording, settings, &fit, excess);
+    Ok(fit)
+}
+
+/// The Cramér–Rao bound with the support known: places held, modulus and softness free, noise as stated.
+struct Bound {
+    covariance: DMatrix<f64>,
+    /// Columns of the Jacobian that it covers.
+    columns: Vec<usize>,
+}
+
+fn bound(at: &Linearised) -> Result<Bound, InverseError> {
+    let columns: Vec<usize> =
+        (0..at.parameters.len()).filter(|&i| !matches!(at.parameters[i], Parameter::Shift(..))).collect();
+    let jacobian = at.jacobian.select_columns(&columns);
+    let covariance = (jacobian.transpose() * &jacobian)
+        .cholesky()
+        .ok_or(InverseError::Undetermined { why: "a direction of the parameters changes no reading" })?
+        .inverse();
+    Ok(Bound { covariance, columns })
+}
+
+/// `E` over the largest softness that the readings allow at 95 %, everything else adjusted.
+fn stiffness_lower_bound(
+    found: &Found<'_>,
+    patch: usize,
+    residual: &DVector<f64>,
+    excess: f64,
+) -> Result<f64, InverseError> {
+    let at = found.at;
+    let own = found.problem.softness_sensitivity(at, patch)?;
+    let others: Vec<usize> =
+        (0..at.parameters.len()).filter(|&i| at.parameters[i] != Parameter::LogSoftness(patch)).collect();
+    let absorbed = at.jacobian.select_columns(&others).qr().q();
+    let alone = &own - &absorbed * (absorbed.transpose() * &own);
+    let information = alone.norm_squared();
+    let best = at.state.patches[patch].softness + alone.dot(residual) / information;
+    let largest = best.max(0.0) + ONE_SIDED_95 * (excess / information).sqrt();
+    // A group's discs share the stiffness: the group's softness is per disc.
+    let discs = found.at.mounted.groups[patch].discs.len() as f64;
+    Ok(at.state.modulus * discs / largest)
+}
+
+fn stiffness(patch: &Patch) -> f64 {
+    match patch.kind {
+        PatchKind::Springs { stiffness_n_per_m } => stiffness_n_per_m.value,
+        PatchKind::Glued { stiffness_lower_bound_n_per_m } => stiffness_lower_bound_n_per_m + 1e300,
+    }
+}
+
+fn restraint_total(
+    patches: &[Patch],
+    gradients: &[DVector<f64>],
+    covariance: &DMatrix<f64>,
+    modulus_error: f64,
+) -> Estimate {
+    let value = patches
+        .iter()
+        .map(|p| match p.kind {
+            PatchKind::Springs { stiffness_n_per_m } => stiffness_n_per_m.value,
+            PatchKind::Glued { .. } => 0.0,
+        })
+        .sum::<f64>();
+    let gradient = gradients.iter().fold(DVector::zeros(covariance.nrows()), |sum, g| sum + g);
+    let sd = gradient.dot(&(covariance * &gradient)).max(0.0).sqrt().hypot(value * modulus_error);
+    Estimate { value, sd }
+}
+
+fn correlation(gradients: &[DVector<f64>], covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let c = |a: &DVector<f64>, b: &DVector<f64>| a.dot(&(covariance * b));
+    gradients
+        .iter()
+        .map(|a| gradients.iter().map(|b| c(a, b) / (c(a, a) * c(b, b)).sqrt()).collect())
+        .collect()
+}
+
+/// What the recording cannot tell, and what a reader should know.
+fn remarks(recording: &Recording, settings: &Settings, fit: &Fit, excess: f64) -> Vec<String> {
+    let mut remarks = Vec::new();
+    let left = &fit.residual;
+    if left.chi2_per_dof > left.chi2_per_dof_limit {
+        remarks.push(format!(
+            "The residual is {:.2} times what the noise leaves (limit {:.3}): the model leaves something out. Modulus \
+             and restraint absorb part of it, and their deviations, widened by a factor of {:.1}, cannot make up for a \
+             wrong model.",
+            left.chi2_per_dof,
+            left.chi2_per_dof_limit,
+            excess.sqrt()
+        ));
+    }
+    for (channel, ratio) in ["force", "marker"].iter().zip(left.rest_noise_over_stated) {
+        // Exactly zero: a channel that was set, not measured.
+        if ratio > 0.0 && !(0.5..=1.5).contains(&ratio) {
+            remarks.push(format!(
+                "At rest the {channel} readings scatter {ratio:.2} times as much as stated; the measured noise was used."
+            ));
+        }
+    }
+    let [low, high] = recording.phantom.modulus_range_pa;
+    let modulus = fit.young_modulus_pa.value;
+    if !(low..=high).contains(&modulus) {
+        remarks.push(format!(
+            "Young's modulus, {}, lies outside the range the operator expects ({} to {}).",
+            pascals(modulus),
+            pascals(low),
+            pascals(high)
+        ));
+    }
+    for patch in &fit.patches {
+        if let PatchKind::Glued { stiffness_lower_bound_n_per_m } = patch.kind {
+            remarks.push(format!(
+                "The patch at ({:.1}, {:.1}, {:.1}) mm is so stiff that the recording cannot tell it from glue: at least \
+                 {} at 95 %. It is left out of the total.",
+                patch.centroid_m.x * 1e3,
+                patch.centroid_m.y * 1e3,
+                patch.centroid_m.z * 1e3,
+                newtons_per_metre(stiffness_lower_bound_n_per_m)
+            ));
+        }
+    }
+    if fit.patches.iter().any(|p| !p.radius_estimated) {
+        remarks.push(format!(
+            "Springs are taken to pull through patches of {:.1} mm radius: a smaller patch with stiffer springs looks \
+             the same from where the markers are.",
+            settings.patch_radius_m * 1e3
+        ));
+    }
+    if fit.patches.is_empty() {
+        remarks.push("No restraint on the search surface is significant.".to_owned());
+    }
+    if recording.stage.is_none() {
+        remarks.push(
+            "Without stage.csv the recorded wrench drives the model as a dead load; the modulus follows from the \
+             markers alone."
+                .to_owned(),
+        );
+    }
+    remarks
+}

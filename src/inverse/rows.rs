@@ -1,0 +1,122 @@
+//! What is left, row by row: the sums that `fit.json` reports, over all rows inside poke intervals.
+
+use super::evidence::{DriveTrack, Driven, Evidence};
+use super::forward::Prediction;
+use super::result::Residual;
+use crate::clock::Rows;
+use crate::geometry::Vec3;
+use crate::observation::Recording;
+
+/// What is left, in total and per poke.
+pub(super) struct Left {
+    /// In total.
+    pub residual: Residual,
+    /// Sum of squares over noise, per value, of every poke.
+    pub per_poke: Vec<f64>,
+}
+
+/// Standard deviations above its mean that the limit allows: 99.9 % one-sided.
+const LIMIT: f64 = 3.09;
+
+/// Sums squared residuals over noise. The markers' noise includes that of their rest mean.
+pub(super) fn leftovers(
+    recording: &Recording,
+    evidence: &Evidence,
+    prediction: &Prediction,
+    parameters: usize,
+) -> Left {
+    let noise = &evidence.noise;
+    let drive = DriveTrack::new(recording, evidence.driven);
+    let markers = recording.markers.numbers.len();
+    let (mut force_sum, mut force_n, mut force_chi2) = (0.0, 0.0, 0.0);
+    let (mut marker_sum, mut marker_n, mut marker_chi2) = (0.0, 0.0, 0.0);
+    let mut seen = vec![0.0; markers];
+    let mut expected_force = 0.0;
+    let mut variance_force = 0.0;
+    let mut per_poke = vec![0.0; recording.pokes.len()];
+    for (site, map) in evidence.sites.iter().zip(&prediction.sites) {
+        for &index in &site.pokes {
+            let poke = &recording.pokes[index];
+            let (mut chi2, mut values) = (0.0, 0.0);
+            if evidence.driven == Driven::ByStage {
+                for i in Rows::new(&recording.wrench.time_s).within(poke.start_s, poke.end_s) {
+                    let Some(x) = drive.at(recording.wrench.time_s[i], poke.start_s, poke.end_s) else {
+                        continue;
+                    };
+                    let left = Vec3::from(recording.wrench.force_n[i]) - &map.force * x;
+                    for axis in 0..3 {
+                        let variance = noise.force_n[axis].powi(2);
+                        force_sum += left[axis] * left[axis];
+                        chi2 += left[axis] * left[axis] / variance;
+                        // The stage's own noise shows in the force through the phantom's stiffness.
+                        let through: f64 =
+                            (0..3).map(|k| (map.force[(axis, k)] * noise.stage_m[k]).powi(2)).sum();
+                        let expected = 1.0 + through / variance;
+                        expected_force += expected;
+                        variance_force += 2.0 * expected * expected;
+                        force_n += 1.0;
+                        values += 1.0;
+                    }
+                }
+                force_chi2 += chi2;
+            }
+            let first = recording
+                .markers
+                .rows
+                .partition_point(|r| recording.markers.frame_time_s[r.frame as usize] < poke.start_s);
+            let mut at_frame = None;
+            for row in &recording.markers.rows[first..] {
+                let time = recording.markers.frame_time_s[row.frame as usize];
+                if time > poke.end_s {
+                    break;
+                }
+                let x = match at_frame {
+                    Some((frame, x)) if frame == row.frame => x,
+                    _ => drive.at(time, poke.start_s, poke.end_s),
+                };
+                at_frame = Some((row.frame, x));
+                let Some(x) = x else { continue };
+                let m = row.marker as usize;
+                let (rest, rest_rows) = evidence.rest[m];
+                let moved = Vec3::from(row.position_m) - rest;
+                let modelled = map.markers.rows(3 * m, 3) * x;
+                for axis in 0..3 {
+                    let left = moved[axis] - modelled[axis];
+                    marker_sum += left * left;
+                    let variance = noise.marker_m[axis].powi(2) * (1.0 + 1.0 / rest_rows.max(1) as f64);
+                    marker_chi2 += left * left / variance;
+                    chi2 += left * left / variance;
+                    marker_n += 1.0;
+                    values += 1.0;
+                }
+                seen[m] += 1.0;
+            }
+            per_poke[index] = if values > 0.0 { chi2 / values } else { 0.0 };
+        }
+    }
+    // The rest mean's error is common to a marker's n rows: of the n variances one is (1 + n/r) / (1 + 1/r), the
+    // others 1 / (1 + 1/r), with r rest rows.
+    let variance_markers: f64 = seen
+        .iter()
+        .zip(&evidence.rest)
+        .map(|(n, (_, r))| {
+            let r = (*r).max(1) as f64;
+            let share = 1.0 / (1.0 + 1.0 / r);
+            3.0 * 2.0 * share * share * ((1.0 + n / r).powi(2) + (n - 1.0).max(0.0))
+        })
+        .sum();
+    let values: f64 = force_n + marker_n;
+    let freedom = (values - parameters as f64).max(1.0);
+    let expected = expected_force + marker_n;
+    let rms = |sum: f64, n: f64| if n > 0.0 { (sum / n).sqrt() } else { 0.0 };
+    Left {
+        residual: Residual {
+            marker_rms_m: rms(marker_sum, marker_n),
+            force_rms_n: rms(force_sum, force_n),
+            chi2_per_dof: (force_chi2 + marker_chi2) / freedom,
+            chi2_per_dof_limit: (expected + LIMIT * (variance_force + variance_markers).sqrt()) / freedom,
+            rest_noise_over_stated: evidence.measured_over_stated,
+        },
+        per_poke,
+    }
+}

@@ -1,0 +1,129 @@
+//! A fit as a person looks at it: every poke's force against time, and the body at its deepest instant.
+
+use super::evidence::{Drive, DriveTrack, Driven, Evidence};
+use super::forward::{Forward, Prediction};
+use super::problem::Problem;
+use super::restraint::Mounted;
+use super::result::{MarkerView, PokeView, Sample};
+use crate::clock::Rows;
+use crate::geometry::Vec3;
+use crate::observation::{Poke, Recording};
+
+/// One view a poke, in the recording's order.
+pub(super) fn poke_views(
+    recording: &Recording,
+    evidence: &Evidence,
+    problem: &Problem<'_>,
+    mounted: &Mounted,
+    forward: &Forward<'_>,
+    prediction: &Prediction,
+    chi2_per_value: &[f64],
+) -> Vec<PokeView> {
+    let drive = DriveTrack::new(recording, evidence.driven);
+    let mut views: Vec<(usize, PokeView)> = Vec::with_capacity(recording.pokes.len());
+    for (s, (site, map)) in evidence.sites.iter().zip(&prediction.sites).enumerate() {
+        for &index in &site.pokes {
+            let poke = &recording.pokes[index];
+            let mut samples = Vec::new();
+            let mut deepest: Option<(f64, f64, Drive)> = None;
+            for i in Rows::new(&recording.wrench.time_s).within(poke.start_s, poke.end_s) {
+                let time_s = recording.wrench.time_s[i];
+                let Some(x) = drive.at(time_s, poke.start_s, poke.end_s) else { continue };
+                let modelled = match evidence.driven {
+                    Driven::ByStage => &map.force * x,
+                    Driven::ByWrench => nalgebra::DVector::from_column_slice(&x.as_slice()[..3]),
+                };
+                let along = x.fixed_rows::<3>(0).dot(&poke.direction);
+                samples.push(Sample {
+                    time_s,
+                    depth_m: if evidence.driven == Driven::ByStage { along } else { 0.0 },
+                    measured_n: recording.wrench.force_n[i],
+                    modelled_n: std::array::from_fn(|k| modelled[k]),
+                });
+                if deepest.is_none_or(|(_, most, _)| along > most) {
+                    deepest = Some((time_s, along, x));
+                }
+            }
+            let (deepest_s, x) = deepest.map_or((poke.start_s, Drive::zeros()), |(t, _, x)| (t, x));
+            views.push((
+                index,
+                PokeView {
+                    number: poke.number,
+                    site_m: poke.site,
+                    direction: poke.direction,
+                    radius_m: poke.radius_m,
+                    deepest_s,
+                    node_displacement_m: displaced(recording, problem, mounted, forward, s, &x),
+                    markers: markers(recording, evidence, poke, deepest_s, &drive, &map.markers),
+                    samples,
+                    chi2_per_value: chi2_per_value[index],
+                },
+            ));
+        }
+    }
+    views.sort_by_key(|(index, _)| *index);
+    views.into_iter().map(|(_, view)| view).collect()
+}
+
+/// Displacement of every node of the given mesh (the first nodes of every refinement of it).
+fn displaced(
+    recording: &Recording,
+    problem: &Problem<'_>,
+    mounted: &Mounted,
+    forward: &Forward<'_>,
+    site: usize,
+    drive: &Drive,
+) -> Vec<Vec3> {
+    let Some((tip, discs)) = forward.loads(site, drive) else {
+        return vec![Vec3::zeros(); recording.mesh.nodes.len()];
+    };
+    let weight = problem.bench.weight_field();
+    (0..recording.mesh.nodes.len())
+        .map(|node| {
+            let position = &problem.bench.model.space().nodes()[node];
+            let mut u = problem.bench.tip_response(site).at_node(node, position, &tip);
+            for (response, f) in mounted.responses.iter().zip(discs.as_slice().chunks_exact(3)) {
+                u += response.at_node(node, position) * Vec3::new(f[0], f[1], f[2]);
+            }
+            if let Some(nodal) = weight {
+                u += Vec3::from_fn(|i, _| nodal[3 * node + i]) * drive[super::evidence::WEIGHT];
+            }
+            u / forward.modulus
+        })
+        .collect()
+}
+
+/// Markers in the frame nearest to the deepest instant.
+fn markers(
+    recording: &Recording,
+    evidence: &Evidence,
+    poke: &Poke,
+    at_s: f64,
+    drive: &DriveTrack<'_>,
+    map: &nalgebra::DMatrix<f64>,
+) -> Vec<MarkerView> {
+    let times = &recording.markers.frame_time_s;
+    let frames = Rows::new(times).within(poke.start_s, poke.end_s);
+    let Some(frame) = frames.min_by(|&a, &b| (times[a] - at_s).abs().total_cmp(&(times[b] - at_s).abs()))
+    else {
+        return Vec::new();
+    };
+    let Some(x) = drive.at(times[frame], poke.start_s, poke.end_s) else { return Vec::new() };
+    let rows = &recording.markers.rows;
+    let first = rows.partition_point(|r| (r.frame as usize) < frame);
+    rows[first..]
+        .iter()
+        .take_while(|r| r.frame as usize == frame)
+        .map(|row| {
+            let m = row.marker as usize;
+            let rest_m = evidence.rest[m].0;
+            let modelled = map.rows(3 * m, 3) * x;
+            MarkerView {
+                number: recording.markers.numbers[m],
+                rest_m,
+                measured_m: Vec3::from(row.position_m) - rest_m,
+                modelled_m: Vec3::new(modelled[0], modelled[1], modelled[2]),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,79 @@
+//! What can go wrong on the bench.
+
+/// Why the bench gave no answer.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimError {
+    /// A block that cannot be meshed.
+    #[error(
+        "a block of {size_m:?} m with its glue ending at x = {glue_end_m} m cannot be cut into cells of \
+         {cell_m} m: lengths must be positive and the glue must end inside the block"
+    )]
+    BadBlock {
+        /// Edge lengths (m).
+        size_m: [f64; 3],
+        /// Where the glue ends (m).
+        glue_end_m: f64,
+        /// Wanted cell (m).
+        cell_m: f64,
+    },
+    /// A disc that is not wholly on one side of the block.
+    #[error(
+        "the {what} at {centre_m:?} m with radius {radius_m} m does not lie wholly on one side of the block of \
+         {size_m:?} m"
+    )]
+    DiscOffSurface {
+        /// Tip, patch or spot.
+        what: &'static str,
+        /// Its centre (m).
+        centre_m: [f64; 3],
+        /// Its radius (m).
+        radius_m: f64,
+        /// The block (m).
+        size_m: [f64; 3],
+    },
+    /// Poisson's ratio outside what a compressible material can have.
+    #[error("Poisson's ratio is {value}; expected more than −1 and less than 0.5")]
+    PoissonRatio {
+        /// What was given.
+        value: f64,
+    },
+    /// A poke without depth, speed or time.
+    #[error("poke {number}: {what} is {value}; expected more than 0")]
+    BadPoke {
+        /// Number of the poke.
+        number: u32,
+        /// Which of its figures.
+        what: &'static str,
+        /// What was given (SI).
+        value: f64,
+    },
+    /// The supports leave a direct combination of tip and restraints without stiffness.
+    #[error("the compliance of {supports} supports is not positive definite: do two discs coincide?")]
+    SingularSupports {
+        /// Number of support functions.
+        supports: usize,
+    },
+    /// Finite strain: no equilibrium was found.
+    #[error(
+        "no equilibrium beyond {reached_m:.6} m of {wanted_m:.6} m: the step was cut to {step_m:e} m and the \
+         residual is still {residual:e} of the tip force after {iterations} iterations"
+    )]
+    NoEquilibrium {
+        /// Depth of the last equilibrium (m).
+        reached_m: f64,
+        /// Depth asked for (m).
+        wanted_m: f64,
+        /// Smallest step tried (m).
+        step_m: f64,
+        /// Relative residual at the end of the last attempt.
+        residual: f64,
+        /// Newton iterations in the last attempt.
+        iterations: usize,
+    },
+    /// The linear system could not be factored or solved.
+    #[error("solving the bench's equations failed")]
+    Solve(#[from] crate::sparse::SparseError),
+    /// The fit's mesh could not be made.
+    #[error("cutting the fit's mesh failed")]
+    FitMesh(#[from] crate::mesh::MeshError),
+}
