@@ -257,8 +257,8 @@ impl Data<'_> {
         experiment: &BlockExperiment,
         observed: &DVector<f64>,
     ) -> Result<Trial, SolveError> {
-        // Data without noise are taken as known to 80 dB: the likelihood needs a width.
-        let sigma_m = self.sigma_m.max(1e-4 * observed.norm() / (observed.len() as f64).sqrt());
+        // Data without noise are taken as known to 60 dB: the likelihood needs a width.
+        let sigma_m = self.sigma_m.max(1e-3 * observed.norm() / (observed.len() as f64).sqrt());
         let fit = nodal::fit(&bench.nodal, &bench.nodal.reduce(observed, sigma_m)?)?;
         let modulus = fit.young_modulus_pa.value;
         let (search, modelled) = bench.nodal.displace(modulus, &fit.stiffness_n_per_m)?;
