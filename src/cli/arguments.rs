@@ -4,6 +4,7 @@ use super::block_mesh::BlockArguments;
 use super::check::CheckArguments;
 use super::completions::CompletionArguments;
 use super::draw::DrawArguments;
+use super::experiment::BlockExperimentArguments;
 use super::fit::FitArguments;
 use clap::{Parser, Subcommand};
 
@@ -37,6 +38,7 @@ pub(super) enum Command {
     Fit(FitArguments),
     Check(CheckArguments),
     Mesh(MeshArguments),
+    Experiment(ExperimentArguments),
     Draw(DrawArguments),
     Completions(CompletionArguments),
 }
@@ -46,6 +48,18 @@ pub(super) enum Command {
 pub(super) struct MeshArguments {
     #[command(subcommand)]
     pub(super) shape: Shape,
+}
+
+/// Repeats published experiments.
+#[derive(Debug, clap::Args)]
+pub(super) struct ExperimentArguments {
+    #[command(subcommand)]
+    pub(super) experiment: Experiment,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Experiment {
+    Block(BlockExperimentArguments),
 }
 
 #[derive(Debug, Subcommand)]

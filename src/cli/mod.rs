@@ -23,6 +23,7 @@ mod check;
 mod check_text;
 mod completions;
 mod draw;
+mod experiment;
 mod fit;
 mod outcome;
 mod progress;

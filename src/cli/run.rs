@@ -1,8 +1,10 @@
 //! Arguments → one subcommand → its outcome printed, or its error → exit code.
 
-use super::arguments::{Cli, Command, Shape};
+use super::arguments::{Cli, Command, Experiment, Shape};
 use super::staged::clean_up_on_interrupt;
-use super::{Context, Exit, Outcome, Progress, UsageError, block_mesh, check, completions, draw, fit};
+use super::{
+    Context, Exit, Outcome, Progress, UsageError, block_mesh, check, completions, draw, experiment, fit,
+};
 use anyhow::Context as _;
 use clap::Parser;
 use std::io::{self, ErrorKind, Write};
@@ -39,6 +41,9 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Check(arguments) => check::run(arguments, &context),
         Command::Mesh(arguments) => match &arguments.shape {
             Shape::Block(arguments) => block_mesh::run(arguments, &context),
+        },
+        Command::Experiment(arguments) => match &arguments.experiment {
+            Experiment::Block(arguments) => experiment::run(arguments, &context),
         },
         Command::Draw(arguments) => draw::run(arguments, &context),
         Command::Completions(arguments) => Ok(completions::run(arguments)),

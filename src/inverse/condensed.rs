@@ -7,7 +7,7 @@
 //! price is one sparse solve per search component and one for the load.
 
 use super::SolveError;
-use crate::fem::{FemError, Model, Spot};
+use crate::fem::{FemError, Functional, Model, Spot, SpotKind};
 use crate::geometry::Vec3;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -26,55 +26,45 @@ pub struct Condensed {
     pub load_load: f64,
 }
 
-/// A force at one node.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NodalForce {
-    /// Index of the node.
-    pub node: u32,
-    /// Force on the body (N).
-    pub force_n: Vec3,
-}
-
 impl Condensed {
-    /// Condenses `model` onto the nodes `search` (indices) and the points `observed` under `load`.
+    /// Condenses `model` onto the places `search`, where springs may act, and the points `observed`, under
+    /// forces (N) at the places `load`. A node is a place whose weights are 1.
     ///
     /// # Errors
     /// What the sparse solves report.
     pub fn new(
         model: &Model,
-        search: &[u32],
+        search: &[Spot],
         observed: &[Spot],
-        load: &[NodalForce],
+        load: &[(Spot, Vec3)],
     ) -> Result<Self, FemError> {
         let components = model.space().components();
-        let search: Vec<usize> =
-            search.iter().flat_map(|&n| (0..3).map(move |i| 3 * n as usize + i)).collect();
-        let mut forces: Vec<Vec<f64>> = Vec::with_capacity(search.len() + 1);
-        for &component in &search {
+        let mut forces: Vec<Vec<f64>> = Vec::with_capacity(3 * search.len() + 1);
+        for functional in search.iter().flat_map(|s| &s.weights) {
             let mut unit = vec![0.0; components];
-            unit[component] = 1.0;
+            functional.iter().for_each(|&(c, w)| unit[c as usize] += w);
             forces.push(unit);
         }
         let mut applied = vec![0.0; components];
-        for f in load {
-            for i in 0..3 {
-                applied[3 * f.node as usize + i] += f.force_n[i];
+        for (spot, force) in load {
+            for (functional, f) in spot.weights.iter().zip(force) {
+                functional.iter().for_each(|&(c, w)| applied[c as usize] += w * f);
             }
         }
         forces.push(applied.clone());
         let mut unit_fields = model.displace(forces)?;
         let load_field = &unit_fields.pop().unwrap_or_default();
-        let at_search =
-            |field: &Vec<f64>| DVector::from_iterator(search.len(), search.iter().map(|&c| field[c]));
-        let at_observed = |field: &Vec<f64>| {
-            let values = observed.iter().flat_map(|s| <[f64; 3]>::from(s.of(field)));
-            DVector::from_iterator(3 * observed.len(), values)
+        let at = |places: &[Spot], field: &Vec<f64>| {
+            let values = places.iter().flat_map(|s| <[f64; 3]>::from(s.of(field)));
+            DVector::from_iterator(3 * places.len(), values)
         };
+        let at_search = |field: &Vec<f64>| at(search, field);
+        let at_observed = |field: &Vec<f64>| at(observed, field);
         let column = |f: &dyn Fn(&Vec<f64>) -> DVector<f64>, rows: usize| {
             let columns: Vec<DVector<f64>> = unit_fields.iter().map(f).collect();
             if columns.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&columns) }
         };
-        let raw = column(&at_search, search.len());
+        let raw = column(&at_search, 3 * search.len());
         Ok(Self {
             search_search: 0.5 * (&raw + raw.transpose()),
             observed_search: column(&at_observed, 3 * observed.len()),
@@ -104,4 +94,10 @@ impl Condensed {
             size: self.search_load.len(),
         })
     }
+}
+
+/// Node `node` at `position` (m) as a place.
+pub(super) fn node_spot(node: u32, position: Vec3) -> Spot {
+    let weights = [0, 1, 2].map(|i| -> Functional { vec![(3 * node + i, 1.0)] });
+    Spot { weights, kind: SpotKind::Marker { foot: position, offset: Vec3::zeros() } }
 }

@@ -9,6 +9,9 @@ pub enum InverseError {
     /// The model of the phantom could not be built.
     #[error("the model of the phantom could not be built")]
     Fem(#[from] FemError),
+    /// An optimisation failed.
+    #[error("an optimisation failed")]
+    Solve(#[from] super::SolveError),
     /// The stage was asked to drive the model but was not recorded.
     #[error("the recording has no stage.csv, so the stage cannot drive the model; the wrench can")]
     NoStage,

@@ -6,6 +6,7 @@
 
 mod document;
 mod error;
+mod experiment;
 mod folder;
 mod page;
 mod tables;
@@ -14,6 +15,7 @@ mod words;
 
 pub use document::to_json;
 pub use error::ReportError;
+pub use experiment::{experiment_text, write_experiment};
 pub use folder::write_fit;
 pub use page::page;
 pub use vtk::{Cells, Field, FieldValues, Grid, write_vtp, write_vtu};

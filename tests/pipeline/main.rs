@@ -1,3 +1,5 @@
-//! Does the whole chain do what its parts promise. One module a topic.
+//! Whole paths through the program: data made, estimated from, compared with what made them. One module a topic.
 
 mod jacobian;
+mod practice;
+mod published;

@@ -12,9 +12,10 @@
 //! with the restraint in the middle rows it finds none of it below 50 dB, with the restraint in the upper rows
 //! it comes out as published, its two sums equal and near the truth.
 
-use crate::fem::{FemError, Functional, Model, Order, Spot, SpotKind};
+use crate::fem::{FemError, Model, Order, Space, Spot};
 use crate::geometry::Vec3;
-use crate::inverse::{Condensed, NodalForce};
+use crate::inverse::Condensed;
+use crate::inverse::condensed::node_spot;
 use crate::mesh::{Block, TetMesh, block};
 
 const SIZE_M: [f64; 3] = [4.0, 2.0, 8.0];
@@ -25,7 +26,12 @@ const KNOWN_ROWS: usize = 5;
 const SEARCH: [std::ops::RangeInclusive<usize>; 2] = [2..=6, 9..=15];
 /// Rows of the search nodes that are restrained.
 const RESTRAINED_ROWS: [usize; 2] = [14, 15];
-const FORCE_N: f64 = 1000.0;
+/// Into the front.
+const FORCE: Vec3 = Vec3::new(0.0, 1000.0, 0.0);
+/// The finer mesh; the last known row lies on its cell borders too.
+const FINER_CELLS: [usize; 3] = [12, 8, 27];
+/// Radius (m) of a disc with about the area that belongs to one node, 0.5 m × 0.44 m.
+const DISC_M: f64 = 0.25;
 
 /// What restrains the ten nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,8 +53,8 @@ pub struct BlockExperiment {
     pub observed: Vec<u32>,
     /// Which of the search nodes are restrained, as indices among them.
     pub restrained: Vec<usize>,
-    /// The load.
-    pub load: NodalForce,
+    /// The node that is loaded.
+    pub loaded: u32,
 }
 
 impl BlockExperiment {
@@ -62,20 +68,16 @@ impl BlockExperiment {
     /// # Errors
     /// What the mesh reports.
     pub fn new() -> Result<Self, FemError> {
-        let mut mesh = block(&Block { size_m: SIZE_M, cells: CELLS })?;
+        let mesh = held_block(CELLS)?;
         let id = |i: usize, j: usize, k: usize| (i + (CELLS[0] + 1) * (j + (CELLS[1] + 1) * k)) as u32;
         let back = CELLS[1];
-        let known_m = SIZE_M[2] * (KNOWN_ROWS - 1) as f64 / CELLS[2] as f64 + 1e-9;
-        let held = |n: &u32| mesh.nodes[*n as usize].z <= known_m;
-        let fixed = mesh.surface("y+").iter().filter(|t| t.iter().all(held)).copied().collect();
-        mesh.surfaces.insert("fixed".to_owned(), fixed);
         let [columns, rows] = SEARCH;
         let places: Vec<(usize, usize)> = rows.flat_map(|k| columns.clone().map(move |i| (i, k))).collect();
         Ok(Self {
             search: places.iter().map(|&(i, k)| id(i, back, k)).collect(),
             restrained: (0..places.len()).filter(|&p| RESTRAINED_ROWS.contains(&places[p].1)).collect(),
             observed: (0..=CELLS[2]).flat_map(|k| (0..=CELLS[0]).map(move |i| id(i, 0, k))).collect(),
-            load: NodalForce { node: id(0, 0, CELLS[2]), force_n: Vec3::new(0.0, FORCE_N, 0.0) },
+            loaded: id(0, 0, CELLS[2]),
             mesh,
         })
     }
@@ -86,8 +88,35 @@ impl BlockExperiment {
     /// What the model reports.
     pub fn condense(&self) -> Result<Condensed, FemError> {
         let model = Model::new(&self.mesh, Order::P1, Self::POISSON_RATIO, "fixed")?;
-        let observed: Vec<Spot> = self.observed.iter().map(|&n| at_node(&self.mesh, n)).collect();
-        Condensed::new(&model, &self.search, &observed, &[self.load])
+        let spots = |nodes: &[u32]| -> Vec<Spot> {
+            nodes.iter().map(|&n| node_spot(n, self.mesh.nodes[n as usize])).collect()
+        };
+        let load = node_spot(self.loaded, self.mesh.nodes[self.loaded as usize]);
+        Condensed::new(&model, &spots(&self.search), &spots(&self.observed), &[(load, FORCE)])
+    }
+
+    /// The body on another mesh, half as coarse, with second-order elements: what the data of a body that is
+    /// not the model's come from. A force at a node has no limit there, so that load and springs act over discs
+    /// of about the area that belongs to a node, centred where the node is.
+    ///
+    /// # Errors
+    /// What the model reports.
+    pub fn condense_finer(&self) -> Result<Condensed, FemError> {
+        let mesh = held_block(FINER_CELLS)?;
+        let model = Model::new(&mesh, Order::P2, Self::POISSON_RATIO, "fixed")?;
+        let disc = |space: &Space, side: &str, node: u32, radius: f64| {
+            Spot::disc(space, space.surface(side), &self.mesh.nodes[node as usize], radius)
+        };
+        let search: Result<Vec<Spot>, FemError> =
+            self.search.iter().map(|&n| disc(model.space(), "y+", n, DISC_M)).collect();
+        // At a corner a quarter of the disc lies on the face: twice the radius has the area of one node.
+        let load = disc(model.space(), "y-", self.loaded, 2.0 * DISC_M)?;
+        let observed: Result<Vec<Spot>, FemError> = self
+            .observed
+            .iter()
+            .map(|&n| Spot::marker(model.space(), &mesh, "y-", &self.mesh.nodes[n as usize]).map(|(s, _)| s))
+            .collect();
+        Condensed::new(&model, &search?, &observed?, &[(load, FORCE)])
     }
 
     /// One stiffness a search node (N/m).
@@ -100,8 +129,12 @@ impl BlockExperiment {
     }
 }
 
-/// A node as a place to observe.
-fn at_node(mesh: &TetMesh, node: u32) -> Spot {
-    let weights = [0, 1, 2].map(|i| -> Functional { vec![(3 * node + i, 1.0)] });
-    Spot { weights, kind: SpotKind::Marker { foot: mesh.nodes[node as usize], offset: Vec3::zeros() } }
+/// The block with the known support as the surface `fixed`: the back up to the last known row.
+fn held_block(cells: [usize; 3]) -> Result<TetMesh, FemError> {
+    let mut mesh = block(&Block { size_m: SIZE_M, cells })?;
+    let known_m = SIZE_M[2] * (KNOWN_ROWS - 1) as f64 / CELLS[2] as f64 + 1e-9;
+    let held = |n: &u32| mesh.nodes[*n as usize].z <= known_m;
+    let fixed = mesh.surface("y+").iter().filter(|t| t.iter().all(held)).copied().collect();
+    mesh.surfaces.insert("fixed".to_owned(), fixed);
+    Ok(mesh)
 }

@@ -1,5 +1,10 @@
-//! The published simulation experiment (section 3.1), on a mesh of its own.
+//! The published simulation experiment (section 3.1), on a mesh of its own: the two-step method in all its
+//! variants beside the default nodal estimate, over noise levels and seeds.
 
 mod block;
+mod study;
+mod summary;
 
 pub use block::{BlockExperiment, Restraint};
+pub use study::{Method, StepTwo, Study, StudySettings, Trial, study};
+pub use summary::{Spread, Summary, summarise};

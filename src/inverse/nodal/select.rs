@@ -5,8 +5,8 @@
 //! 2. Among the distributions of springs that fit as well as the true one would be expected to, the one
 //!    with the lowest peak. The springs that the first fit uses cost it as much χ² as there are of them.
 //! 3. From the nodes near that peak (several thresholds), restraints that are all alike: [`super::alike`].
-//!    Of those that the data do not reject against the first fit (likelihood ratio, 0.1 %) the one with the
-//!    softest springs is kept: where the data leave it open how far a restraint spreads, a lone stiff spring
+//!    Of those that the data do not reject against the first fit (likelihood ratio, 0.1 %) and that fit about
+//!    as well as the best of them, the one with the softest springs is kept: where the data leave it open how far a restraint spreads, a lone stiff spring
 //!    is the reading that overstates it.
 //! 4. Otherwise springs stay free: nodes whose springs the data do not ask for are dropped, the least
 //!    significant first, as long as the information criterion `χ² + p ln m` falls, and the rest refitted.
@@ -46,6 +46,9 @@ pub struct NodalFit {
 
 /// Probability of rejecting springs that are alike.
 const REJECT: f64 = 1e-3;
+/// By how much the softest of several restraints may exceed the least χ² among them: two standard deviations
+/// of one unknown.
+const LEEWAY: f64 = 4.0;
 /// Halvings of the interval that holds the lowest peak: 1/256 of the saturation is finer than any data tell.
 const HALVINGS: usize = 8;
 /// Nodes above these shares of the peak start the search for a restraint that is all alike.
@@ -78,9 +81,11 @@ pub fn fit(problem: &NodalProblem, data: &NodalData) -> Result<NodalFit, SolveEr
     }
     starts.dedup();
     let allowed = ChiSquared::new(used as f64).map_or(used as f64, |d| d.inverse_cdf(1.0 - REJECT));
-    let kept = alike(problem, data, &starts)
+    let alike = alike(problem, data, &starts);
+    let least = alike.iter().map(|found| found.chi2).fold(f64::INFINITY, f64::min);
+    let kept = alike
         .into_iter()
-        .filter(|found| found.chi2 <= free.chi2 + allowed)
+        .filter(|found| found.chi2 <= (free.chi2 + allowed).min(least + LEEWAY))
         .min_by(|a, b| a.kappa.total_cmp(&b.kappa).then(a.chi2.total_cmp(&b.chi2)));
     match kept {
         Some(found) => {

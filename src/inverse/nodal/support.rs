@@ -27,8 +27,11 @@ pub struct SupportFit {
 
 /// Accepted slope: a cosine that no data can show.
 const SLOPE: f64 = 1e-7;
-/// A full step that lowers χ² by less than this is the last: nothing that χ² decides can change any more.
+/// After so many steps in a row that lower χ² by less than this, nothing that χ² decides changes any more.
 const SETTLED: f64 = 1e-6;
+const IDLE: usize = 3;
+/// A χ² below this leaves nothing to explain.
+const NOTHING: f64 = 1e-4;
 const STEPS: usize = 500;
 
 /// Fits `data` with springs on `support`, from saturations `start` (one a node).
@@ -64,7 +67,7 @@ pub(super) fn fit_capped(
     // Below this no difference of squares means anything: rounding of the data itself.
     let rounding = (1e-14 * data.reduced.norm()).powi(2);
     let mut damping = 1e-6;
-    let mut settled = false;
+    let mut idle = 0;
     let mut slope = f64::INFINITY;
     for step in 0..STEPS {
         let residual = &data.reduced - &state.shape * beta;
@@ -91,7 +94,11 @@ pub(super) fn fit_capped(
             steps: step,
         };
         // Converged in the geometry of the residual, or against the noise.
-        if settled || slope <= SLOPE || steepest <= 1e-4 * data.sigma_m || cost <= rounding {
+        if idle >= IDLE
+            || slope <= SLOPE
+            || steepest <= 1e-4 * data.sigma_m
+            || cost <= rounding.max(NOTHING * data.sigma_m * data.sigma_m)
+        {
             return Ok(done(slope));
         }
         // Normalised columns: β first, then the springs.
@@ -135,7 +142,7 @@ pub(super) fn fit_capped(
         };
         let gain = cost - next_cost;
         (s, state, beta, cost) = (to, next, next_beta, next_cost);
-        settled = gain <= SETTLED * data.sigma_m * data.sigma_m && damping <= 1e-3;
+        idle = if gain <= SETTLED * data.sigma_m * data.sigma_m { idle + 1 } else { 0 };
     }
     Err(SolveError::NotConverged {
         method: "the nodal fit",
