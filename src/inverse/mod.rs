@@ -31,11 +31,7 @@ mod solve_error;
 mod view;
 
 pub use blocks::{Bench, Blocks, SiteBlocks, TipResponse};
-<<<<<<< HEAD
-pub use condensed::{Condensed, NodalForce};
-=======
 pub use condensed::Condensed;
->>>>>>> published
 pub use error::InverseError;
 pub use evidence::{DRIVE, Drive, DriveTrack, Driven, Evidence, Reading, Site, WEIGHT};
 pub use extrapolate::{Limit, Pair};
