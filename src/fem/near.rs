@@ -19,6 +19,8 @@ pub struct Near {
     /// Columns: two tangents and the inward normal.
     frame: Mat3,
     local: LoadedDisc,
+    /// Poisson's ratio.
+    poisson_ratio: f64,
 }
 
 /// A face counts as part of the disc's plane within this share of the radius.
@@ -28,7 +30,13 @@ impl Near {
     /// The near field of `disc` (normal outward), its load spread as `profile` says.
     pub fn new(disc: Disc, profile: Profile, poisson_ratio: f64) -> Self {
         let frame = basis_from_axis(&-disc.normal);
-        Self { disc, frame, local: LoadedDisc { radius: disc.radius, profile, poisson_ratio } }
+        Self {
+            disc,
+            frame,
+            local: LoadedDisc::new(disc.radius, profile, poisson_ratio),
+            profile,
+            poisson_ratio,
+        }
     }
 
     /// The near field of a load on `spot`; none unless it is a flat disc.
@@ -61,7 +69,7 @@ impl Near {
             let [gx, gy] = self.local.surface_gradient(&r);
             // No shear traction on the plane but the disc's own: ∂u_t/∂z = −∂u_z/∂t − t_t/μ.
             let mut gz = Mat3::zeros();
-            let traction = 2.0 * (1.0 + self.local.poisson_ratio) * self.local.traction(r.norm());
+            let traction = 2.0 * (1.0 + self.poisson_ratio) * self.local.traction(r.norm());
             for j in 0..3 {
                 gz[(0, j)] = -gx[(2, j)] - if j == 0 { traction } else { 0.0 };
                 gz[(1, j)] = -gy[(2, j)] - if j == 1 { traction } else { 0.0 };
@@ -140,7 +148,7 @@ impl Near {
                 }
             }
         }
-        let rules = [triangle_quadrature(5), triangle_quadrature(8), triangle_quadrature(14)];
+        let rules = [triangle_quadrature(4), triangle_quadrature(8), triangle_quadrature(14)];
         for face in 0..space.faces().len() {
             let nodes = space.face_nodes(face);
             if nodes.iter().all(|&n| held[n as usize]) {
@@ -157,7 +165,7 @@ impl Near {
                 let gradients = self.gradients(&triangle.at(l));
                 let shape = space.order().face_shape(l);
                 for (j, gradient) in gradients.iter().enumerate() {
-                    let t = stress(gradient, self.local.poisson_ratio) * normal * (-w * area);
+                    let t = stress(gradient, self.poisson_ratio) * normal * (-w * area);
                     for (&node, s) in nodes.iter().zip(shape) {
                         for i in 0..3 {
                             force[j][3 * node as usize + i] += s * t[i];
