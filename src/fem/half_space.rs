@@ -83,7 +83,7 @@ pub fn disc_self_compliance(radius: f64, nu: f64) -> [f64; 2] {
 pub enum Profile {
     /// Evenly: a soft-faced pad, a patch that springs pull on.
     Uniform,
-    /// As `1 / √(a² − ρ²)`: a rigid flat face that keeps to its plane. Its tilt is not held.
+    /// As `1 / √(a² − ρ²)`: a rigid flat face under a force alone, free to turn.
     Rigid,
 }
 

@@ -27,6 +27,7 @@ pub use error::FemError;
 pub use half_space::{LoadedDisc, Profile, disc_self_compliance, point_displacement, point_gradient};
 pub use model::{Model, Response};
 pub use near::Near;
+pub use punch::turning_compliance;
 pub use space::{Face, Space};
 pub use spot::{Functional, Spot, SpotKind};
 pub use wrench::wrench_loads;

@@ -30,13 +30,7 @@ impl Near {
     /// The near field of `disc` (normal outward), its load spread as `profile` says.
     pub fn new(disc: Disc, profile: Profile, poisson_ratio: f64) -> Self {
         let frame = basis_from_axis(&-disc.normal);
-        Self {
-            disc,
-            frame,
-            local: LoadedDisc::new(disc.radius, profile, poisson_ratio),
-            profile,
-            poisson_ratio,
-        }
+        Self { disc, frame, local: LoadedDisc::new(disc.radius, profile, poisson_ratio), poisson_ratio }
     }
 
     /// The near field of a load on `spot`; none unless it is a flat disc.

@@ -58,7 +58,7 @@ impl Spot {
 
     /// As [`Spot::disc`], weighed as a rigid flat face bonded to the surface is loaded: the displacement that it
     /// reads is that of the face, the traction that it exerts is the face's (exactly on a half-space; elsewhere the
-    /// Galerkin approximation with this one shape). The face's tilt is not held.
+    /// Galerkin approximation with this one shape). The face is free to turn.
     pub fn rigid_disc(space: &Space, on: &[usize], centre: &Vec3, radius: f64) -> Result<Self, FemError> {
         Self::weighed(space, on, centre, radius, Profile::Rigid)
     }

@@ -26,6 +26,21 @@ pub enum InverseError {
         /// What holds it to the surface.
         contact: Contact,
     },
+    /// The stage holds a rigid tip against turning where that matters, and the model does not.
+    #[error(
+        "at ({x:.4}, {y:.4}, {z:.4}) m the rigid flat tip would turn: holding its rotation, which is not modelled, \
+         takes up to {share_percent:.1} % off its compliance (limit {limit_percent:.1} %); let the wrench drive the \
+         model", x = site_m[0], y = site_m[1], z = site_m[2],
+        share_percent = 100.0 * share, limit_percent = 100.0 * limit
+    )]
+    TipTurns {
+        /// The site (m).
+        site_m: [f64; 3],
+        /// Share of the tip's compliance, at most.
+        share: f64,
+        /// Largest share that is left out.
+        limit: f64,
+    },
     /// Nothing in the recording moves the model.
     #[error("the recording's {pokes} pokes hold no row in which anything moves: nothing can be fitted")]
     Nothing {

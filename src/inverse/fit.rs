@@ -13,6 +13,7 @@ use super::outcome::{Found, outcome};
 use super::problem::{Linearised, Parameter, Problem, State};
 use super::result::Fit;
 use super::search::{adjoint, candidates, search};
+use super::tilt::turns_little;
 use crate::fem::{FemError, Model, Order, Profile, Resolution, Space, Spot, discretise};
 use crate::mesh::{SurfaceIndex, TetMesh};
 use crate::observation::{Contact, Recording, Tip, TipShape};
@@ -78,6 +79,7 @@ pub fn fit(
     let level_0 = level(recording, &tips, 0)?;
     let mut problem = problem(recording, &evidence, &level_0, settings)?;
     progress(Progress::Building { unknowns: problem.bench.model.unknowns() });
+    turns_little(&problem.bench, &evidence)?;
     problem.adjoint = adjoint(&problem)?;
     let places = candidates(&problem, settings.patch_radius_m, SPACING * settings.patch_radius_m)?;
     let [low, high] = recording.phantom.modulus_range_pa;

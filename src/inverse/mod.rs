@@ -28,6 +28,7 @@ mod result;
 mod rows;
 mod search;
 mod solve_error;
+mod tilt;
 mod view;
 
 pub use blocks::{Bench, Blocks, SiteBlocks, TipResponse};
