@@ -79,7 +79,7 @@ pub struct Bench {
 /// Response to the tip's load at one site.
 pub enum TipResponse {
     /// To a uniform traction along each axis: what the stage moves.
-    Traction(Response),
+    Traction(Box<Response>),
     /// To a unit wrench about the site, mode by mode, as nodal displacement.
     Wrench(Vec<Vec<f64>>),
 }
@@ -147,7 +147,7 @@ impl Bench {
         let tip_responses = match driven {
             Driven::ByStage => {
                 let tips: Vec<&Spot> = tips.iter().collect();
-                model.respond(&tips)?.into_iter().map(TipResponse::Traction).collect()
+                model.respond(&tips)?.into_iter().map(|r| TipResponse::Traction(Box::new(r))).collect()
             }
             Driven::ByWrench => {
                 let mut responses = Vec::with_capacity(tips.len());
