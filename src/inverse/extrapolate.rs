@@ -36,8 +36,8 @@ pub struct Limit {
     pub prediction: Prediction,
     /// Whitened residual of the extrapolated model.
     pub residual: DVector<f64>,
-    /// Change of the modulus' logarithm that the finer model alone would ask for instead of the extrapolation.
-    pub modulus_shift: f64,
+    /// Change of every parameter that the finer model alone would ask for instead of the extrapolation.
+    pub shift: DVector<f64>,
 }
 
 /// Trials, each of which solves for the patches on both discretisations.
@@ -60,7 +60,10 @@ impl Pair<'_> {
         let (prediction, finest) = (predict(&blocks)?, predict(&fine.blocks)?);
         let whitening = Whitening::new(problem.evidence, &prediction);
         let (residual, finest) = (whitening.residual(&prediction), whitening.residual(&finest));
-        Ok((Limit { state: state.clone(), blocks, groups, prediction, residual, modulus_shift: 0.0 }, finest))
+        Ok((
+            Limit { state: state.clone(), blocks, groups, prediction, residual, shift: DVector::zeros(0) },
+            finest,
+        ))
     }
 
     /// Carries `at` to the limit. Returns the state with a Jacobian taken at it on the first discretisation.
@@ -77,8 +80,7 @@ impl Pair<'_> {
             let enough = GOOD_ENOUGH * (limit.residual.norm_squared() / limit.residual.len() as f64).max(1.0);
             let done = |mut limit: Limit, at: Linearised, finest: &DVector<f64>| {
                 let normal = (at.jacobian.transpose() * &at.jacobian).cholesky().ok_or(FLAT)?;
-                limit.modulus_shift =
-                    normal.solve(&(at.jacobian.transpose() * (finest - &limit.residual)))[0];
+                limit.shift = normal.solve(&(at.jacobian.transpose() * (finest - &limit.residual)));
                 Ok((at, limit))
             };
             let Some((step, promised)) = trial else {

@@ -93,9 +93,18 @@ pub fn fit(
     let (found, limit) = if settings.quick {
         (found, None)
     } else {
+        // A patch close to a side of the body needs that side resolved, as a tip does.
+        let mut discs = tips;
+        for patch in &found.mounted.discs {
+            let space = Space::new(&recording.mesh, Order::P1).map_err(FemError::from)?;
+            if let Some((disc, _)) = patch.as_disc() {
+                let all: Vec<usize> = (0..space.faces().len()).collect();
+                discs.push(Spot::disc(&space, &all, &disc.centre, disc.radius)?);
+            }
+        }
         let pair = Pair {
-            coarse: self::problem(recording, &evidence, &level(recording, &tips, 1)?, settings)?,
-            fine: self::problem(recording, &evidence, &level(recording, &tips, 2)?, settings)?,
+            coarse: self::problem(recording, &evidence, &level(recording, &discs, 1)?, settings)?,
+            fine: self::problem(recording, &evidence, &level(recording, &discs, 2)?, settings)?,
         };
         let unknowns = pair.fine.bench.model.unknowns();
         let (mut found, mut limit) = pair.correct(&problem, found)?;

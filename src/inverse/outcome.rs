@@ -63,19 +63,14 @@ pub(super) fn outcome(
         return Err(InverseError::Undetermined { why: "it holds fewer readings than there are parameters" });
     }
     let excess = (residual.norm_squared() / freedom as f64).max(1.0);
-    let covariance = at
+    let noise = at
         .covariance()
         .ok_or(InverseError::Undetermined { why: "a direction of the parameters changes no reading" })?
         * excess;
-
-    let modulus_error = match (settings.element, found.limit) {
-        (Order::P1, _) => P1_ERROR,
-        (Order::P2, None) => QUICK_ERROR,
-        (Order::P2, Some((limit, _))) => {
-            (LEFT_OF_EXTRAPOLATION * limit.modulus_shift.abs()).hypot(LEFT_ELSEWHERE)
-        }
-    };
-    let modulus_sd = modulus * covariance[(0, 0)].sqrt().hypot(modulus_error);
+    let discretisation = discretisation_covariance(settings, found);
+    let modulus_error = discretisation[(0, 0)].sqrt();
+    let covariance = noise + discretisation;
+    let modulus_sd = modulus * covariance[(0, 0)].sqrt();
     // With no more left than noise the noise is known; otherwise it is itself estimated from what is left.
     let half = if excess > 1.0 {
         StudentsT::new(0.0, 1.0, freedom as f64).map_or(ONE_SIDED_95, |t| t.inverse_cdf(0.95))
@@ -104,7 +99,7 @@ pub(super) fn outcome(
                 let mut gradient = DVector::zeros(at.parameters.len());
                 gradient[0] = stiffness;
                 gradient[i] = -stiffness;
-                let sd = (gradient.dot(&(&covariance * &gradient)).sqrt()).hypot(stiffness * modulus_error);
+                let sd = gradient.dot(&(&covariance * &gradient)).sqrt();
                 gradients.push(gradient);
                 PatchKind::Springs { stiffness_n_per_m: Estimate { value: stiffness, sd } }
             }
@@ -127,7 +122,7 @@ pub(super) fn outcome(
             }),
         });
     }
-    let total = restraint_total(&patches, &gradients, &covariance, modulus_error);
+    let total = restraint_total(&patches, &gradients, &covariance);
     let mut modulus_gradient = DVector::zeros(at.parameters.len());
     modulus_gradient[0] = modulus;
     gradients.insert(0, modulus_gradient);
@@ -140,7 +135,7 @@ pub(super) fn outcome(
         .ok_or(InverseError::Undetermined { why: "the compliance is not positive definite" })?;
     let pokes =
         poke_views(recording, found.evidence, found.problem, &at.mounted, &forward, prediction, &per_poke);
-    let discretisation = Discretisation {
+    let used = Discretisation {
         element: match settings.element {
             Order::P1 => "P1".to_owned(),
             Order::P2 => "P2".to_owned(),
@@ -162,12 +157,31 @@ pub(super) fn outcome(
         patches,
         correlation,
         residual: left,
-        discretisation,
+        discretisation: used,
         remarks: Vec::new(),
         pokes,
     };
     fit.remarks = remarks(recording, settings, &fit, excess);
     Ok(fit)
+}
+
+/// Covariance of the parameters from what discretisation leaves: the step from the finest discretisation to the
+/// extrapolated limit, taken in part as an error of all parameters together, and an error of the modulus from
+/// elsewhere.
+fn discretisation_covariance(settings: &Settings, found: &Found<'_>) -> DMatrix<f64> {
+    let n = found.at.parameters.len();
+    let mut covariance = DMatrix::zeros(n, n);
+    let elsewhere = match (settings.element, found.limit) {
+        (Order::P1, _) => P1_ERROR,
+        (Order::P2, None) => QUICK_ERROR,
+        (Order::P2, Some((limit, _))) => {
+            let left = &limit.shift * LEFT_OF_EXTRAPOLATION;
+            covariance += &left * left.transpose();
+            LEFT_ELSEWHERE
+        }
+    };
+    covariance[(0, 0)] += elsewhere * elsewhere;
+    covariance
 }
 
 /// The Cramér–Rao bound with the support known: places held, modulus and softness free, noise as stated.
@@ -216,12 +230,7 @@ fn stiffness(patch: &Patch) -> f64 {
     }
 }
 
-fn restraint_total(
-    patches: &[Patch],
-    gradients: &[DVector<f64>],
-    covariance: &DMatrix<f64>,
-    modulus_error: f64,
-) -> Estimate {
+fn restraint_total(patches: &[Patch], gradients: &[DVector<f64>], covariance: &DMatrix<f64>) -> Estimate {
     let value = patches
         .iter()
         .map(|p| match p.kind {
@@ -230,7 +239,7 @@ fn restraint_total(
         })
         .sum::<f64>();
     let gradient = gradients.iter().fold(DVector::zeros(covariance.nrows()), |sum, g| sum + g);
-    let sd = gradient.dot(&(covariance * &gradient)).max(0.0).sqrt().hypot(value * modulus_error);
+    let sd = gradient.dot(&(covariance * &gradient)).max(0.0).sqrt();
     Estimate { value, sd }
 }
 
