@@ -50,6 +50,8 @@ pub struct Reading {
 pub struct Site {
     /// Tip centre on the undeformed surface (m).
     pub centre: Vec3,
+    /// Direction of its first poke: unit vector into the phantom.
+    pub direction: Vec3,
     /// Radius of the tip (m).
     pub radius_m: f64,
     /// Indices of its pokes in the recording.
@@ -111,10 +113,11 @@ impl Sums {
         let corrected = self.xx - SMatrix::from_diagonal(&(drive_variance * self.count));
         let size = Drive::from_fn(|i, _| corrected[(i, i)].max(0.0).sqrt());
         let noise = drive_variance * self.count;
+        let chance = 3.0 * (2.0 / self.count).sqrt();
         let scale = Drive::from_fn(|i, _| {
-            let heard = size[i] * size[i]
-                > NEGLIGIBLE * size.rows(i / 3 * 3, if i < 6 { 3 } else { 1 }).norm_squared();
-            if heard && size[i] * size[i] > noise[i] * NEGLIGIBLE { 1.0 / size[i] } else { 0.0 }
+            let group = size.rows(i / 3 * 3, if i < 6 { 3 } else { 1 }).norm_squared();
+            let heard = size[i] * size[i] > NEGLIGIBLE * group;
+            if heard && size[i] * size[i] > chance * noise[i] { 1.0 / size[i] } else { 0.0 }
         });
         let d = SMatrix::<f64, DRIVE, DRIVE>::from_diagonal(&scale);
         let eigen = SymmetricEigen::new(d * corrected * d);
@@ -124,7 +127,9 @@ impl Sums {
             .map(|i| {
                 // With z = D x and z-direction v: x = D⁻¹ z, and rows weighted by (z·v)/√λ.
                 let (lambda, v) = (eigen.eigenvalues[i], eigen.eigenvectors.column(i).into_owned());
-                let weight = d * v / lambda.sqrt();
+                let mut weight = d * v / lambda.sqrt();
+                // Rows weighted by x·w have the noise of one row times √(wᵀ Σxxᵀ w): 1 but for the drive's own noise.
+                weight /= weight.dot(&(self.xx * weight)).sqrt();
                 Reading { drive: corrected * weight, value: self.yx * weight, shift: self.x.dot(&weight) }
             })
             .collect();
@@ -153,6 +158,7 @@ impl Evidence {
             let at = found.unwrap_or_else(|| {
                 let site = Site {
                     centre: poke.site,
+                    direction: poke.direction,
                     radius_m: poke.radius_m,
                     pokes: Vec::new(),
                     force: Vec::new(),
@@ -206,7 +212,7 @@ impl Evidence {
 }
 
 /// Variance of the drive's own noise.
-fn drive_variance(noise: &Noise, driven: Driven) -> Drive {
+pub(super) fn drive_variance(noise: &Noise, driven: Driven) -> Drive {
     let mut variance = Drive::zeros();
     for i in 0..3 {
         match driven {
@@ -307,6 +313,6 @@ fn measured_noise(recording: &Recording, rest: &[(Vec3, usize)]) -> (Noise, [f64
 
 fn trusted(stated: f64, variance: f64, freedom: f64) -> f64 {
     let contradicted = (variance / (stated * stated) - 1.0).abs() > 4.0 * (2.0 / freedom).sqrt();
-    // A channel that reads exactly zero at rest was set to zero, not measured.
-    if contradicted && variance > 0.0 { variance.sqrt() } else { stated }
+    // A channel that reads the same at rest up to rounding was set, not measured.
+    if contradicted && variance > (1e-3 * stated).powi(2) { variance.sqrt() } else { stated }
 }

@@ -59,6 +59,9 @@ pub enum Progress {
 /// Distance (m) between places at which a patch is first looked for, over the patch's radius.
 const SPACING: f64 = 1.0;
 
+/// A poke enters a face whose outward normal has less than this component along its direction.
+const ENTERED: f64 = -0.2;
+
 /// Names of the surfaces, as the bundle format has them.
 const FIXED: &str = "fixed";
 const SEARCH: &str = "search";
@@ -153,11 +156,16 @@ fn tips(recording: &Recording, evidence: &Evidence) -> Result<Vec<Spot>, Inverse
 
 fn spots(space: &Space, evidence: &Evidence, tip: Tip) -> Result<Vec<Spot>, InverseError> {
     let profile = profile(tip, evidence.driven)?;
-    let all: Vec<usize> = (0..space.faces().len()).collect();
     evidence
         .sites
         .iter()
-        .map(|site| Ok(Spot::weighed(space, &all, &site.centre, site.radius_m, profile)?))
+        .map(|site| {
+            // A site on an edge of the body belongs to the side that the poke enters.
+            let entered: Vec<usize> = (0..space.faces().len())
+                .filter(|&face| space.face_triangle(face).normal().dot(&site.direction) < ENTERED)
+                .collect();
+            Ok(Spot::weighed(space, &entered, &site.centre, site.radius_m, profile)?)
+        })
         .collect()
 }
 

@@ -6,10 +6,13 @@ use super::extrapolate::Limit;
 use super::fit::Settings;
 use super::forward::Forward;
 use super::problem::{Linearised, Parameter, Problem};
+use super::residual::Whitening;
+use super::restraint::Restraint;
 use super::result::{Discretisation, Estimate, Fit, FitMethod, Patch, PatchKind};
 use super::rows::{Left, leftovers};
+use super::search::MOST_PATCHES;
 use super::view::poke_views;
-use crate::fem::Order;
+use crate::fem::{Order, disc_self_compliance};
 use crate::geometry::Vec3;
 use crate::observation::Recording;
 use crate::units::{newtons_per_metre, pascals};
@@ -33,7 +36,7 @@ pub(super) struct Found<'a> {
 /// the size is followed by an unstructured mesh only to about a quarter.
 const LEFT_OF_EXTRAPOLATION: f64 = 0.25;
 
-/// Relative deviation of the modulus from elements away from the end of the glue: what P2 leaves at the longest
+/// Relative deviation of the stiffness under a tip from elements away from the end of the glue: what P2 leaves at the longest
 /// edge that [`Resolution`](crate::fem::Resolution) allows (see the refinement study in the tests).
 const LEFT_ELSEWHERE: f64 = 1e-3;
 
@@ -78,59 +81,56 @@ pub(super) fn outcome(
         ONE_SIDED_95
     };
 
-    let column = |wanted: &dyn Fn(&Parameter) -> bool| at.parameters.iter().position(wanted);
-    let mut patches = Vec::new();
-    // Stiffness k = E / s: its gradient in the parameters.
-    let mut gradients: Vec<DVector<f64>> = Vec::new();
+    // Every patch with the gradient of its stiffness k = E / s in the parameters; none for glue.
+    let mut patches: Vec<(Patch, Option<DVector<f64>>)> = Vec::new();
     let bound = bound(at)?;
     for (p, patch) in at.state.patches.iter().enumerate() {
-        let softness_at = column(&|q| *q == Parameter::LogSoftness(p));
-        let mut centroid_sd_m = Vec3::zeros();
-        for (i, parameter) in at.parameters.iter().enumerate() {
-            if let Parameter::Shift(q, tangent) = parameter
-                && *q == p
-            {
-                centroid_sd_m += tangent.abs() * covariance[(i, i)].sqrt();
-            }
-        }
-        let kind = match softness_at {
-            Some(i) if covariance[(i, i)].sqrt() * ONE_SIDED_95 < 1.0 => {
-                let stiffness = modulus / patch.softness;
-                let mut gradient = DVector::zeros(at.parameters.len());
-                gradient[0] = stiffness;
-                gradient[i] = -stiffness;
-                let sd = gradient.dot(&(&covariance * &gradient)).sqrt();
-                gradients.push(gradient);
-                PatchKind::Springs { stiffness_n_per_m: Estimate { value: stiffness, sd } }
-            }
-            _ => PatchKind::Glued {
+        let softness_at = at.parameters.iter().position(|q| *q == Parameter::LogSoftness(p));
+        let springs = softness_at.filter(|&i| !like_glue(found, patch, covariance[(i, i)].sqrt()));
+        let stiffness = modulus / patch.softness;
+        let gradient = springs.map(|i| {
+            let mut gradient = DVector::zeros(at.parameters.len());
+            gradient[0] = stiffness;
+            gradient[i] = -stiffness;
+            gradient
+        });
+        let kind = match &gradient {
+            Some(gradient) => PatchKind::Springs {
+                stiffness_n_per_m: Estimate {
+                    value: stiffness,
+                    sd: gradient.dot(&(&covariance * gradient)).sqrt(),
+                },
+            },
+            None => PatchKind::Glued {
                 stiffness_lower_bound_n_per_m: stiffness_lower_bound(found, p, residual, excess)?,
             },
         };
-        let springs = matches!(kind, PatchKind::Springs { .. });
-        patches.push(Patch {
+        let found_patch = Patch {
             kind,
             centroid_m: patch.centre,
-            centroid_sd_m,
+            centroid_sd_m: centroid_sd(at, &covariance, p),
             radius_m: patch.radius_m,
             radius_estimated: patch.glued,
-            stiffness_bound_n_per_m: softness_at.filter(|_| springs).and_then(|i| {
+            stiffness_bound_n_per_m: springs.and_then(|i| {
                 let at_bound = bound.columns.iter().position(|&c| c == i)?;
-                let stiffness = modulus / patch.softness;
                 let b = &bound.covariance;
                 Some(stiffness * (b[(0, 0)] + b[(at_bound, at_bound)] - 2.0 * b[(0, at_bound)]).sqrt())
             }),
-        });
+        };
+        patches.push((found_patch, gradient));
     }
-    let total = restraint_total(&patches, &gradients, &covariance);
+    patches.sort_by(|a, b| stiffness(&b.0).total_cmp(&stiffness(&a.0)));
     let mut modulus_gradient = DVector::zeros(at.parameters.len());
     modulus_gradient[0] = modulus;
+    let (patches, gradients): (Vec<Patch>, Vec<_>) = patches.into_iter().unzip();
+    let mut gradients: Vec<DVector<f64>> = gradients.into_iter().flatten().collect();
+    let total = restraint_total(&patches, &gradients, &covariance);
     gradients.insert(0, modulus_gradient);
     let correlation = correlation(&gradients, &covariance);
-    patches.sort_by(|a, b| stiffness(b).total_cmp(&stiffness(a)));
 
-    let Left { residual: left, per_poke } =
-        leftovers(recording, found.evidence, prediction, at.parameters.len());
+    // The radius of a glued spot is fitted too.
+    let parameters = at.parameters.len() + at.state.patches.iter().filter(|p| p.glued).count();
+    let Left { residual: left, per_poke } = leftovers(recording, found.evidence, prediction, parameters);
     let forward = Forward::new(blocks, groups, modulus, found.evidence.driven)
         .ok_or(InverseError::Undetermined { why: "the compliance is not positive definite" })?;
     let pokes =
@@ -161,13 +161,42 @@ pub(super) fn outcome(
         remarks: Vec::new(),
         pokes,
     };
-    fit.remarks = remarks(recording, settings, &fit, excess);
+    fit.remarks = remarks(recording, settings, found, &fit, excess);
     Ok(fit)
 }
 
+/// Whether a patch of this softness, its logarithm known to `sd`, may as well be glue.
+fn like_glue(found: &Found<'_>, patch: &Restraint, sd: f64) -> bool {
+    let [_, local] = disc_self_compliance(patch.radius_m, found.problem.bench.model.poisson_ratio());
+    patch.softness < local && sd * ONE_SIDED_95 >= 1.0
+}
+
+/// Standard deviation of a patch's centre along x, y and z (m).
+fn centroid_sd(at: &Linearised, covariance: &DMatrix<f64>, patch: usize) -> Vec3 {
+    let shifts: Vec<(usize, Vec3)> = at
+        .parameters
+        .iter()
+        .enumerate()
+        .filter_map(|(i, parameter)| match parameter {
+            Parameter::Shift(p, tangent) if *p == patch => Some((i, *tangent)),
+            _ => None,
+        })
+        .collect();
+    Vec3::from_fn(|axis, _| {
+        let mut variance = 0.0;
+        for (i, s) in &shifts {
+            for (j, t) in &shifts {
+                variance += s[axis] * covariance[(*i, *j)] * t[axis];
+            }
+        }
+        variance.max(0.0).sqrt()
+    })
+}
+
 /// Covariance of the parameters from what discretisation leaves: the step from the finest discretisation to the
-/// extrapolated limit, taken in part as an error of all parameters together, and an error of the modulus from
-/// elsewhere.
+/// extrapolated limit, taken in part as an error of all parameters together, and an error of the force and of
+/// the markers at each site from elsewhere, carried through the fit: where restraint shows only as a small difference between sites
+/// it weighs far more than on the modulus.
 fn discretisation_covariance(settings: &Settings, found: &Found<'_>) -> DMatrix<f64> {
     let n = found.at.parameters.len();
     let mut covariance = DMatrix::zeros(n, n);
@@ -181,6 +210,20 @@ fn discretisation_covariance(settings: &Settings, found: &Found<'_>) -> DMatrix<
         }
     };
     covariance[(0, 0)] += elsewhere * elsewhere;
+    let prediction = found.limit.map_or(&found.at.prediction, |(limit, _)| &limit.prediction);
+    let whitening = Whitening::new(found.evidence, prediction);
+    let jacobian = &found.at.jacobian;
+    if let Some(normal) = (jacobian.transpose() * jacobian).cholesky() {
+        for (site, force) in (0..prediction.sites.len()).flat_map(|site| [(site, true), (site, false)]) {
+            let mut error = prediction.clone();
+            for (s, map) in error.sites.iter_mut().enumerate() {
+                map.force *= if s == site && force { elsewhere } else { 0.0 };
+                map.markers *= if s == site && !force { elsewhere } else { 0.0 };
+            }
+            let moved = normal.solve(&(jacobian.transpose() * whitening.sensitivity(&error)));
+            covariance += &moved * moved.transpose();
+        }
+    }
     covariance
 }
 
@@ -237,7 +280,8 @@ fn restraint_total(patches: &[Patch], gradients: &[DVector<f64>], covariance: &D
             PatchKind::Springs { stiffness_n_per_m } => stiffness_n_per_m.value,
             PatchKind::Glued { .. } => 0.0,
         })
-        .sum::<f64>();
+        .sum::<f64>()
+        .max(0.0);
     let gradient = gradients.iter().fold(DVector::zeros(covariance.nrows()), |sum, g| sum + g);
     let sd = gradient.dot(&(covariance * &gradient)).max(0.0).sqrt();
     Estimate { value, sd }
@@ -252,26 +296,39 @@ fn correlation(gradients: &[DVector<f64>], covariance: &DMatrix<f64>) -> Vec<Vec
 }
 
 /// What the recording cannot tell, and what a reader should know.
-fn remarks(recording: &Recording, settings: &Settings, fit: &Fit, excess: f64) -> Vec<String> {
+fn remarks(
+    recording: &Recording,
+    settings: &Settings,
+    found: &Found<'_>,
+    fit: &Fit,
+    excess: f64,
+) -> Vec<String> {
     let mut remarks = Vec::new();
     let left = &fit.residual;
     if left.chi2_per_dof > left.chi2_per_dof_limit {
         remarks.push(format!(
-            "The residual is {:.2} times what the noise leaves (limit {:.3}): the model leaves something out. Modulus \
-             and restraint absorb part of it, and their deviations, widened by a factor of {:.1}, cannot make up for a \
-             wrong model.",
+            "χ² per degree of freedom is {:.2}, noise alone leaves at most {:.3}: the model leaves something out. \
+             Modulus and restraint absorb part of it, and their deviations, widened by a factor of {:.1}, cannot \
+             make up for a wrong model.",
             left.chi2_per_dof,
             left.chi2_per_dof_limit,
             excess.sqrt()
         ));
     }
-    for (channel, ratio) in ["force", "marker"].iter().zip(left.rest_noise_over_stated) {
-        // Exactly zero: a channel that was set, not measured.
-        if ratio > 0.0 && !(0.5..=1.5).contains(&ratio) {
+    let (used, stated) = (&found.evidence.noise, &recording.noise);
+    let replaced = [used.force_n != stated.force_n, used.marker_m != stated.marker_m];
+    for ((channel, ratio), replaced) in
+        ["force", "marker"].iter().zip(left.rest_noise_over_stated).zip(replaced)
+    {
+        if replaced {
             remarks.push(format!(
                 "At rest the {channel} readings scatter {ratio:.2} times as much as stated; the measured noise was used."
             ));
         }
+    }
+    if fit.patches.len() >= MOST_PATCHES {
+        remarks
+            .push(format!("The search stopped at {MOST_PATCHES} patches: the restraint may be spread out."));
     }
     let [low, high] = recording.phantom.modulus_range_pa;
     let modulus = fit.young_modulus_pa.value;

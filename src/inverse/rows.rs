@@ -1,6 +1,6 @@
 //! What is left, row by row: the sums that `fit.json` reports, over all rows inside poke intervals.
 
-use super::evidence::{DriveTrack, Driven, Evidence};
+use super::evidence::{DRIVE, DriveTrack, Driven, Evidence, drive_variance};
 use super::forward::Prediction;
 use super::result::Residual;
 use crate::clock::Rows;
@@ -34,6 +34,9 @@ pub(super) fn leftovers(
     let mut expected_force = 0.0;
     let mut variance_force = 0.0;
     let mut per_poke = vec![0.0; recording.pokes.len()];
+    // The drive's own noise moves all markers of a frame together.
+    let drive_variance = drive_variance(noise, evidence.driven);
+    let (mut expected_marker, mut variance_frames) = (0.0, 0.0);
     for (site, map) in evidence.sites.iter().zip(&prediction.sites) {
         for &index in &site.pokes {
             let poke = &recording.pokes[index];
@@ -65,6 +68,7 @@ pub(super) fn leftovers(
                 .rows
                 .partition_point(|r| recording.markers.frame_time_s[r.frame as usize] < poke.start_s);
             let mut at_frame = None;
+            let mut frame_through = 0.0;
             for row in &recording.markers.rows[first..] {
                 let time = recording.markers.frame_time_s[row.frame as usize];
                 if time > poke.end_s {
@@ -72,7 +76,11 @@ pub(super) fn leftovers(
                 }
                 let x = match at_frame {
                     Some((frame, x)) if frame == row.frame => x,
-                    _ => drive.at(time, poke.start_s, poke.end_s),
+                    _ => {
+                        variance_frames += 2.0 * frame_through * frame_through;
+                        frame_through = 0.0;
+                        drive.at(time, poke.start_s, poke.end_s)
+                    }
                 };
                 at_frame = Some((row.frame, x));
                 let Some(x) = x else { continue };
@@ -84,6 +92,10 @@ pub(super) fn leftovers(
                     let left = moved[axis] - modelled[axis];
                     marker_sum += left * left;
                     let variance = noise.marker_m[axis].powi(2) * (1.0 + 1.0 / rest_rows.max(1) as f64);
+                    let through: f64 =
+                        (0..DRIVE).map(|k| map.markers[(3 * m + axis, k)].powi(2) * drive_variance[k]).sum();
+                    frame_through += through / variance;
+                    expected_marker += 1.0 + through / variance;
                     marker_chi2 += left * left / variance;
                     chi2 += left * left / variance;
                     marker_n += 1.0;
@@ -91,6 +103,7 @@ pub(super) fn leftovers(
                 }
                 seen[m] += 1.0;
             }
+            variance_frames += 2.0 * frame_through * frame_through;
             per_poke[index] = if values > 0.0 { chi2 / values } else { 0.0 };
         }
     }
@@ -99,6 +112,7 @@ pub(super) fn leftovers(
     let variance_markers: f64 = seen
         .iter()
         .zip(&evidence.rest)
+        .filter(|(n, _)| **n > 0.0)
         .map(|(n, (_, r))| {
             let r = (*r).max(1) as f64;
             let share = 1.0 / (1.0 + 1.0 / r);
@@ -107,14 +121,16 @@ pub(super) fn leftovers(
         .sum();
     let values: f64 = force_n + marker_n;
     let freedom = (values - parameters as f64).max(1.0);
-    let expected = expected_force + marker_n;
+    let expected = expected_force + expected_marker - parameters as f64;
     let rms = |sum: f64, n: f64| if n > 0.0 { (sum / n).sqrt() } else { 0.0 };
     Left {
         residual: Residual {
             marker_rms_m: rms(marker_sum, marker_n),
             force_rms_n: rms(force_sum, force_n),
             chi2_per_dof: (force_chi2 + marker_chi2) / freedom,
-            chi2_per_dof_limit: (expected + LIMIT * (variance_force + variance_markers).sqrt()) / freedom,
+            chi2_per_dof_limit: (expected
+                + LIMIT * (variance_force + variance_markers + variance_frames).sqrt())
+                / freedom,
             rest_noise_over_stated: evidence.measured_over_stated,
         },
         per_poke,

@@ -25,7 +25,10 @@ const WORTHWHILE: f64 = 30.0;
 const ROUGH: f64 = 1.0;
 
 /// More patches than this mean that something else is wrong with the model.
-const MOST_PATCHES: usize = 6;
+pub(super) const MOST_PATCHES: usize = 6;
+
+/// Patches are added this often at most, also when others are taken out in turn.
+const ROUNDS: usize = 2 * MOST_PATCHES;
 
 /// A candidate place for restraint.
 pub struct Candidate {
@@ -153,7 +156,12 @@ pub fn search(
 ) -> Result<Linearised, InverseError> {
     let mut at = refit(problem, &State { modulus: start_modulus, patches: Vec::new() })?;
     tell(&at);
-    while at.state.patches.len() < MOST_PATCHES {
+    for _ in 0..ROUNDS {
+        // A patch has three parameters; what is left must still be judged.
+        let spare = at.residual.len().saturating_sub(at.parameters.len());
+        if at.state.patches.len() >= MOST_PATCHES || spare <= 3 {
+            break;
+        }
         let Some((best, promised)) = best_candidate(problem, &at, candidates)? else { break };
         if promised < WORTHWHILE * unit(&at) {
             break;
@@ -204,6 +212,11 @@ fn with_modulus(problem: &Problem<'_>, mounted: &Mounted, start: f64) -> Result<
     for _ in 0..3 {
         let (residual, _) = problem.residual(mounted, modulus)?;
         let sensitivity: DVector<f64> = problem.modulus_sensitivity(mounted, modulus)?;
+        if sensitivity.norm_squared() == 0.0 {
+            return Err(InverseError::Undetermined {
+                why: "no reading depends on it; was any force recorded?",
+            });
+        }
         modulus *= (sensitivity.dot(&residual) / sensitivity.norm_squared()).clamp(-0.5, 0.5).exp();
     }
     Ok((problem.residual(mounted, modulus)?.0.norm_squared(), modulus))
@@ -255,7 +268,8 @@ fn settle_glue(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, Inve
         let centre = patch.centre;
         let best = glued_at(problem, &at.state, centre)?;
         if let Some(glued) = best {
-            let spared = at.parameters.len() as f64 - glued.parameters.len() as f64;
+            // The spot's radius was fitted too.
+            let spared = at.parameters.len() as f64 - glued.parameters.len() as f64 - 1.0;
             if glued.chi2() - at.chi2() < (2.7 + 2.0 * spared.max(0.0)) * unit(&at) {
                 at = glued;
             }

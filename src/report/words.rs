@@ -56,8 +56,8 @@ pub fn finding(fit: &Fit) -> String {
 
 /// How far to trust it.
 ///
-/// A model that misses something leaves errors that do not average out as noise does. Deviations widened by
-/// the ratio of residual to noise (Birge 1932, Phys. Rev. 40, 207) are then the least that can be said.
+/// A model that misses something leaves errors that do not average out as noise does. The fit has then widened its
+/// deviations by what is left over noise (Birge 1932, Phys. Rev. 40, 207), which is the least that can be said.
 pub fn trust(fit: &Fit) -> String {
     match verdict(fit) {
         Verdict::Explained => "The model explains the recording down to the noise.".to_owned(),
@@ -66,11 +66,10 @@ pub fn trust(fit: &Fit) -> String {
              is stated too large and the deviations below are too wide."
         ),
         Verdict::Unexplained(ratio) => {
-            let widened = Estimate { sd: ratio * fit.young_modulus_pa.sd, ..fit.young_modulus_pa };
             format!(
                 "The residual is {ratio:.1} × what noise would leave: the model is missing something. The figures \
                  below are not to be trusted beyond {}, if that far.",
-                modulus(&widened)
+                modulus(&fit.young_modulus_pa)
             )
         }
         Verdict::Unjudged => {
