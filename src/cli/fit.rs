@@ -28,7 +28,7 @@ pub(super) struct FitArguments {
     /// Replace DIR even if this program did not make it
     #[arg(long)]
     force: bool,
-    /// Order of the elements; p1 is offered for comparison only, it reads the modulus far too low
+    /// Order of the elements; p1 is offered for comparison only and may be tens of per cent off
     #[arg(long, value_enum, default_value = "p2")]
     element: Element,
     /// What drives the model: by default the stage when it was recorded, else the wrench
