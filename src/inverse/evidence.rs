@@ -14,7 +14,7 @@
 use super::error::InverseError;
 use crate::clock::Rows;
 use crate::geometry::Vec3;
-use crate::observation::{Noise, Recording};
+use crate::observation::{MarkerRow, Noise, Poke, Recording};
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
 
 /// Entries of the drive: displacement (3) or wrench (6), and the constant on which weight acts.
@@ -177,25 +177,9 @@ impl Evidence {
                     }
                 }
             }
-            let first = recording
-                .markers
-                .rows
-                .partition_point(|r| recording.markers.frame_time_s[r.frame as usize] < poke.start_s);
-            let mut at_frame: Option<(u32, Option<Drive>)> = None;
-            for row in &recording.markers.rows[first..] {
-                let time = recording.markers.frame_time_s[row.frame as usize];
-                if time > poke.end_s {
-                    break;
-                }
-                let x = match at_frame {
-                    Some((frame, x)) if frame == row.frame => x,
-                    _ => drive.at(time, poke.start_s, poke.end_s),
-                };
-                at_frame = Some((row.frame, x));
-                if let Some(x) = x {
-                    let m = row.marker as usize;
-                    markers[m].add(&x, &(Vec3::from(row.position_m) - rest[m].0));
-                }
+            for (row, x) in drive.marker_rows(poke) {
+                let m = row.marker as usize;
+                markers[m].add(&x, &(Vec3::from(row.position_m) - rest[m].0));
             }
         }
         let drive_variance = drive_variance(&noise, driven);
@@ -243,6 +227,22 @@ impl<'a> DriveTrack<'a> {
         };
         let acts = recording.phantom.gravity.is_some_and(|g| !g.at_rest);
         Self { recording, driven, rows: Rows::new(time), weight: f64::from(u8::from(acts)) }
+    }
+
+    /// Marker rows inside a poke, each with the drive at its instant; rows in a gap of the drive are left out.
+    pub fn marker_rows<'b>(&'b self, poke: &'b Poke) -> impl Iterator<Item = (&'b MarkerRow, Drive)> {
+        let markers = &self.recording.markers;
+        let time = |row: &MarkerRow| markers.frame_time_s[row.frame as usize];
+        let first = markers.rows.partition_point(|row| time(row) < poke.start_s);
+        let mut frame: Option<(u32, Option<Drive>)> = None;
+        markers.rows[first..].iter().take_while(move |row| time(row) <= poke.end_s).filter_map(move |row| {
+            let drive = match frame {
+                Some((number, drive)) if number == row.frame => drive,
+                _ => self.at(time(row), poke.start_s, poke.end_s),
+            };
+            frame = Some((row.frame, drive));
+            drive.map(|drive| (row, drive))
+        })
     }
 
     /// The drive at `at_s`, from rows inside the poke only; `None` where the recording has a gap.

@@ -63,27 +63,13 @@ pub(super) fn leftovers(
                 }
                 force_chi2 += chi2;
             }
-            let first = recording
-                .markers
-                .rows
-                .partition_point(|r| recording.markers.frame_time_s[r.frame as usize] < poke.start_s);
-            let mut at_frame = None;
+            let mut frame = None;
             let mut frame_through = 0.0;
-            for row in &recording.markers.rows[first..] {
-                let time = recording.markers.frame_time_s[row.frame as usize];
-                if time > poke.end_s {
-                    break;
+            for (row, x) in drive.marker_rows(poke) {
+                if frame != Some(row.frame) {
+                    variance_frames += 2.0 * frame_through * frame_through;
+                    (frame, frame_through) = (Some(row.frame), 0.0);
                 }
-                let x = match at_frame {
-                    Some((frame, x)) if frame == row.frame => x,
-                    _ => {
-                        variance_frames += 2.0 * frame_through * frame_through;
-                        frame_through = 0.0;
-                        drive.at(time, poke.start_s, poke.end_s)
-                    }
-                };
-                at_frame = Some((row.frame, x));
-                let Some(x) = x else { continue };
                 let m = row.marker as usize;
                 let (rest, rest_rows) = evidence.rest[m];
                 let moved = Vec3::from(row.position_m) - rest;
