@@ -138,6 +138,5 @@ fn said(stage: Progress) -> String {
         Progress::Searching { patches, misfit } => {
             format!("looking for restraint: {patches} patches, misfit {misfit:.2}")
         }
-        Progress::Refining => "carrying the answer to the limit of fine elements".to_owned(),
     }
 }

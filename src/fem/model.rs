@@ -248,6 +248,11 @@ impl Response {
         }
     }
 
+    /// The near field's part of [`Response::at`]; zero where the elements carry everything.
+    pub fn near_at(&self, spot: &Spot) -> Mat3 {
+        self.near.as_ref().map_or_else(Mat3::zeros, |near| near.at(spot))
+    }
+
     /// How the mean over the disc `spot` changes as the disc moves along `tangent`, `slope` being its
     /// [`Spot::slope`]: column `j` for a unit force along axis `j`. A disc's own near field moves with it and adds
     /// nothing.
