@@ -32,7 +32,7 @@ mod tilt;
 mod view;
 
 pub use blocks::{Bench, Blocks, SiteBlocks, TipResponse};
-pub use condensed::Condensed;
+pub use condensed::{Condensed, Loaded};
 pub use error::InverseError;
 pub use evidence::{DRIVE, Drive, DriveTrack, Driven, Evidence, Reading, Site, WEIGHT};
 pub use fit::{Progress, Settings, fit};
