@@ -59,7 +59,7 @@ fn small_session() -> Draw {
 }
 
 /// Elements that hold the whole field agree with the bench, which shares with them the elements but neither loads nor
-/// meshes. They come from the stiff side: their own study found 0.03 to 0.17 % with boxes of these sizes at the rims.
+/// meshes, to a fifth of a per cent: as much as either leaves.
 #[test]
 fn elements_that_hold_everything_agree() -> Result<(), SimError> {
     let draw = small_session();
@@ -78,7 +78,7 @@ fn elements_that_hold_everything_agree() -> Result<(), SimError> {
     for (whole, [bench, _]) in whole.iter().zip(&bench) {
         for axis in 0..3 {
             let ratio = bench.stiffness[(axis, axis)] / whole.stiffness[(axis, axis)] - 1.0;
-            assert!((-0.0025..0.0005).contains(&ratio), "axis {axis}: {ratio:e}");
+            assert!(ratio.abs() < 0.002, "axis {axis}: {ratio:e}");
         }
         let apart = (&bench.watched - &whole.watched).amax() / whole.watched.amax();
         assert!(apart < 0.004, "watched points: {apart:e}");
