@@ -1,7 +1,7 @@
 //! Why a fit could not be made.
 
 use crate::fem::FemError;
-use crate::observation::{Contact, TipShape};
+use crate::observation::TipShape;
 
 /// What keeps a recording from being fitted.
 #[derive(Debug, thiserror::Error)]
@@ -17,19 +17,23 @@ pub enum InverseError {
     NoStage,
     /// The stage drives a tip whose contact is not modelled.
     #[error(
-        "the tip ({shape:?}, {contact:?}) is not modelled when the stage drives it: a pad and a rigid flat face, \
-         both bonded, are; let the wrench drive the model, which does not ask for the tip's shape"
+        "a sphere bonded to the phantom pulls on the way back by what it has touched before, which the fit does not \
+         follow when the stage drives the model; let the wrench drive it, which does not ask for the tip's shape"
     )]
-    TipNotModelled {
+    SphereSticks,
+    /// A tip that may lift off, and a weight that moves the surface away from it.
+    #[error(
+        "the tip ({shape:?}) may lift off, and the weight acts while it presses (gravity_at_rest = false): where the \
+         surface is when they meet is not modelled; let the wrench drive the model"
+    )]
+    LiftsOffUnderWeight {
         /// Its face.
         shape: TipShape,
-        /// What holds it to the surface.
-        contact: Contact,
     },
     /// The stage holds a rigid tip against turning where that matters, and the model does not.
     #[error(
-        "at ({x:.4}, {y:.4}, {z:.4}) m the rigid flat tip would turn: holding its rotation, which is not modelled, \
-         takes up to {share_percent:.1} % off its compliance (limit {limit_percent:.1} %); let the wrench drive the \
+        "at ({x:.4}, {y:.4}, {z:.4}) m, where the surface is not flat, the rigid flat tip would turn: holding its \
+         rotation, which is not modelled there, takes up to {share_percent:.1} % off its compliance (limit {limit_percent:.1} %); let the wrench drive the \
          model", x = site_m[0], y = site_m[1], z = site_m[2],
         share_percent = 100.0 * share, limit_percent = 100.0 * limit
     )]

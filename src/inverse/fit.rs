@@ -7,16 +7,17 @@
 
 use super::blocks::Bench;
 use super::error::InverseError;
-use super::evidence::{Driven, Evidence};
+use super::evidence::{Driven, Evidence, Site};
 use super::extrapolate::{Limit, Pair};
+use super::lift::entered;
 use super::outcome::{Found, outcome};
 use super::problem::{Linearised, Parameter, Problem, State};
 use super::result::Fit;
 use super::search::{adjoint, candidates, search};
 use super::tilt::turns_little;
-use crate::fem::{FemError, Model, Order, Profile, Resolution, Space, Spot, discretise};
+use crate::fem::{FemError, Model, Order, Resolution, Space, Spot, Tip, TipFace, discretise};
 use crate::mesh::{SurfaceIndex, TetMesh};
-use crate::observation::{Contact, Recording, Tip, TipShape};
+use crate::observation::{self, Contact, Recording, TipShape};
 
 /// How a fit is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,9 +59,6 @@ pub enum Progress {
 
 /// Distance (m) between places at which a patch is first looked for, over the patch's radius.
 const SPACING: f64 = 1.0;
-
-/// A poke enters a face whose outward normal has less than this component along its direction.
-const ENTERED: f64 = -0.2;
 
 /// Names of the surfaces, as the bundle format has them.
 const FIXED: &str = "fixed";
@@ -151,31 +149,39 @@ fn without_the_insignificant(found: &Linearised, limit: &Limit) -> Option<State>
 /// The tips' discs on the given mesh.
 fn tips(recording: &Recording, evidence: &Evidence) -> Result<Vec<Spot>, InverseError> {
     let space = Space::new(&recording.mesh, Order::P1).map_err(FemError::from)?;
-    spots(&space, evidence, recording.tip)
+    let disc =
+        |site: &Site| Spot::disc(&space, &entered(&space, &site.direction), &site.centre, site.radius_m);
+    Ok(evidence.sites.iter().map(disc).collect::<Result<_, _>>()?)
 }
 
-fn spots(space: &Space, evidence: &Evidence, tip: Tip) -> Result<Vec<Spot>, InverseError> {
-    let profile = profile(tip, evidence.driven)?;
-    evidence
-        .sites
-        .iter()
-        .map(|site| {
-            // A site on an edge of the body belongs to the side that the poke enters.
-            let entered: Vec<usize> = (0..space.faces().len())
-                .filter(|&face| space.face_triangle(face).normal().dot(&site.direction) < ENTERED)
-                .collect();
-            Ok(Spot::weighed(space, &entered, &site.centre, site.radius_m, profile)?)
-        })
-        .collect()
-}
-
-/// How the tip's load is spread. Where the wrench is known it is spread by the six modes of
+/// The tips on the model's surface. Where the wrench is known it is spread by the six modes of
 /// [`wrench_loads`](crate::fem::wrench_loads), whatever the tip's face: away from it only the wrench matters.
-fn profile(tip: Tip, driven: Driven) -> Result<Profile, InverseError> {
-    match (driven, tip.contact, tip.shape) {
-        (Driven::ByWrench, ..) | (Driven::ByStage, Contact::Bonded, TipShape::Pad) => Ok(Profile::Uniform),
-        (Driven::ByStage, Contact::Bonded, TipShape::Flat) => Ok(Profile::Rigid),
-        (Driven::ByStage, contact, shape) => Err(InverseError::TipNotModelled { shape, contact }),
+fn placed(space: &Space, evidence: &Evidence, recording: &Recording) -> Result<Vec<Tip>, InverseError> {
+    let weight_acts = recording.phantom.gravity.is_some_and(|g| !g.at_rest);
+    let (face, bonded) = face(recording.tip, evidence.driven, weight_acts)?;
+    let nu = recording.phantom.poisson_ratio;
+    let mut tips: Vec<Tip> = Vec::with_capacity(evidence.sites.len());
+    for site in &evidence.sites {
+        let on = entered(space, &site.direction);
+        tips.push(match tips.first() {
+            Some(first) => first.elsewhere(space, &on, &site.centre, site.radius_m)?,
+            None => Tip::new(space, &on, &site.centre, site.radius_m, face, bonded, nu)?,
+        });
+    }
+    Ok(tips)
+}
+
+/// The face of the tip, and whether the phantom sticks to it.
+fn face(tip: observation::Tip, driven: Driven, weight_acts: bool) -> Result<(TipFace, bool), InverseError> {
+    let observation::Tip { contact, shape } = tip;
+    let bonded = contact == Contact::Bonded;
+    match (driven, shape) {
+        (Driven::ByWrench, _) => Ok((TipFace::Pad, true)),
+        (Driven::ByStage, _) if !bonded && weight_acts => Err(InverseError::LiftsOffUnderWeight { shape }),
+        (Driven::ByStage, TipShape::Pad) => Ok((TipFace::Pad, bonded)),
+        (Driven::ByStage, TipShape::Flat) => Ok((TipFace::Flat, bonded)),
+        (Driven::ByStage, TipShape::Sphere { .. }) if bonded => Err(InverseError::SphereSticks),
+        (Driven::ByStage, TipShape::Sphere { radius_m }) => Ok((TipFace::Sphere { radius_m }, bonded)),
     }
 }
 
@@ -192,7 +198,7 @@ fn problem<'a>(
     settings: &Settings,
 ) -> Result<Problem<'a>, InverseError> {
     let model = Model::new(mesh, settings.element, recording.phantom.poisson_ratio, FIXED)?;
-    let tips = spots(model.space(), evidence, recording.tip)?;
+    let tips = placed(model.space(), evidence, recording)?;
     let index = SurfaceIndex::new(mesh, mesh.surface(OBSERVED));
     let markers = evidence
         .rest
@@ -204,7 +210,7 @@ fn problem<'a>(
         .gravity
         .filter(|g| !g.at_rest)
         .map(|g| g.acceleration_m_s2 * recording.phantom.density_kg_m3);
-    let sites: Vec<_> = evidence.sites.iter().map(|s| s.centre).collect();
+    let sites: Vec<_> = evidence.sites.iter().map(|s| (s.centre, s.lift)).collect();
     let search = model.space().surface(SEARCH).to_vec();
     let bench = Bench::new(model, tips, markers, &sites, evidence.driven, weight)?;
     Ok(Problem { evidence, bench, search, adjoint: Vec::new() })
@@ -216,18 +222,19 @@ mod tests {
 
     #[test]
     fn a_tip_that_is_not_modelled_is_refused_unless_the_wrench_drives() {
-        let tip = |shape, contact| Tip { shape, contact };
         let sphere = TipShape::Sphere { radius_m: 0.005 };
-        for (shape, contact) in [
-            (sphere, Contact::Bonded),
-            (TipShape::Flat, Contact::Unilateral),
-            (TipShape::Pad, Contact::Unilateral),
+        let tip = |shape, contact| observation::Tip { shape, contact };
+        for (tip, weight_acts, words) in [
+            (tip(sphere, Contact::Bonded), false, "a sphere bonded"),
+            (tip(sphere, Contact::Unilateral), true, "(Sphere { radius_m: 0.005 }) may lift off"),
+            (tip(TipShape::Flat, Contact::Unilateral), true, "(Flat) may lift off"),
+            (tip(TipShape::Pad, Contact::Unilateral), true, "(Pad) may lift off"),
         ] {
-            let refused = profile(tip(shape, contact), Driven::ByStage).expect_err("not modelled");
-            assert!(refused.to_string().contains(&format!("{shape:?}, {contact:?}")), "{refused}");
-            assert_eq!(profile(tip(shape, contact), Driven::ByWrench).expect("any tip"), Profile::Uniform);
+            let refused = face(tip, Driven::ByStage, weight_acts).expect_err("not modelled");
+            assert!(refused.to_string().contains(words), "{refused}");
+            assert_eq!(face(tip, Driven::ByWrench, weight_acts).expect("any tip"), (TipFace::Pad, true));
         }
-        let bonded = |shape| profile(tip(shape, Contact::Bonded), Driven::ByStage).expect("modelled");
-        assert_eq!((bonded(TipShape::Pad), bonded(TipShape::Flat)), (Profile::Uniform, Profile::Rigid));
+        let flat = tip(TipShape::Flat, Contact::Bonded);
+        assert_eq!(face(flat, Driven::ByStage, true).expect("modelled"), (TipFace::Flat, true));
     }
 }

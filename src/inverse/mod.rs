@@ -15,7 +15,9 @@ pub mod experiment;
 mod extrapolate;
 mod fit;
 mod forward;
+mod grip;
 pub mod l1;
+mod lift;
 mod nnls;
 pub mod nodal;
 mod outcome;
@@ -38,6 +40,8 @@ pub use evidence::{DRIVE, Drive, DriveTrack, Driven, Evidence, Reading, Site, WE
 pub use extrapolate::{Limit, Pair};
 pub use fit::{Progress, Settings, fit};
 pub use forward::{Change, Forward, Group, NewDisc, Prediction, SitePrediction};
+pub use grip::Grip;
+pub use lift::Lift;
 pub use nnls::{NonNegative, nnls};
 pub use problem::{Linearised, Parameter, Problem, State};
 pub use refit::refit;

@@ -25,11 +25,11 @@ impl<'a> Whitening<'a> {
         let force = prediction
             .sites
             .iter()
-            .map(|site| {
-                let b: Mat3 = site.force.fixed_view::<3, 3>(0, 0).into_owned();
+            .zip(&evidence.sites)
+            .map(|(map, site)| {
                 let mut covariance = diagonal(noise.force_n);
                 if evidence.driven == Driven::ByStage {
-                    covariance += b * diagonal(noise.stage_m) * b.transpose();
+                    covariance += &map.force * site.drive_noise * map.force.transpose();
                 }
                 // Positive definite: a diagonal of positive variances plus a square.
                 covariance.cholesky().map_or_else(Mat3::identity, |c| c.l()).try_inverse().unwrap_or_default()

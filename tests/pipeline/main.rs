@@ -3,3 +3,4 @@
 mod jacobian;
 mod practice;
 mod published;
+mod tips;
