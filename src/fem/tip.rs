@@ -310,6 +310,25 @@ impl Tip {
         }
     }
 
+    /// A bonded sphere as the rigid face that its contact of `radius` (m) is to a small displacement from where it
+    /// is: forces zero, their change with the displacement. Other tips do not change their contact: as pressed.
+    ///
+    /// # Errors
+    /// As [`Tip::press`].
+    pub fn stuck(&self, compliance: &DMatrix<f64>, radius: f64) -> Result<Pressed, FemError> {
+        let Kind::Sphere { ports, cells: None, .. } = &self.kind else {
+            return self.press_within(compliance, &self.inward, radius);
+        };
+        let face = RigidFace::new(ports, radius.min(self.radius), self.nu);
+        let stiffness = face.stiffness(compliance).ok_or(NOT_DEFINITE)?;
+        Ok(Pressed {
+            by_displacement: face.by_displacement(&stiffness),
+            tangent: face.tangent(&stiffness),
+            contact_radius_m: radius,
+            ..self.apart()
+        })
+    }
+
     /// Off the surface.
     fn apart(&self) -> Pressed {
         let n = 3 * self.ports().len();

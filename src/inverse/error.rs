@@ -1,7 +1,7 @@
 //! Why a fit could not be made.
 
 use crate::fem::FemError;
-use crate::observation::TipShape;
+use crate::observation::{Contact, TipShape};
 
 /// What keeps a recording from being fitted.
 #[derive(Debug, thiserror::Error)]
@@ -15,18 +15,14 @@ pub enum InverseError {
     /// The stage was asked to drive the model but was not recorded.
     #[error("the recording has no stage.csv, so the stage cannot drive the model; the wrench can")]
     NoStage,
-    /// The stage drives a tip whose contact is not modelled.
+    /// A tip that touches the phantom bit by bit, or may lift off, and a weight that moves the surface away from it.
     #[error(
-        "a sphere bonded to the phantom pulls on the way back by what it has touched before, which the fit does not \
-         follow when the stage drives the model; let the wrench drive it, which does not ask for the tip's shape"
+        "the tip ({shape:?}, {contact:?}) meets the surface as it goes, and the weight acts meanwhile \
+         (gravity_at_rest = false): where the surface then is, is not modelled; let the wrench drive the model"
     )]
-    SphereSticks,
-    /// A tip that may lift off, and a weight that moves the surface away from it.
-    #[error(
-        "the tip ({shape:?}) may lift off, and the weight acts while it presses (gravity_at_rest = false): where the \
-         surface is when they meet is not modelled; let the wrench drive the model"
-    )]
-    LiftsOffUnderWeight {
+    MetUnderWeight {
+        /// What holds it to the surface.
+        contact: Contact,
         /// Its face.
         shape: TipShape,
     },

@@ -12,7 +12,7 @@
 //! all its readings; it is kept as the sensitivity of each reading to a common shift.
 
 use super::error::InverseError;
-use super::lift::{DriveNoise, Lift, lifts};
+use super::lift::{DriveNoise, Driving, Lift, lifts};
 use crate::clock::Rows;
 use crate::geometry::Vec3;
 use crate::observation::{MarkerRow, Noise, Poke, Recording};
@@ -112,7 +112,7 @@ impl Sums {
         }
     }
 
-    fn add(&mut self, x: &Drive, noise: &DriveNoise, y: &Vec3) {
+    fn add(&mut self, Driving { x, noise, .. }: &Driving, y: &Vec3) {
         self.noise += noise;
         self.count += 1.0;
         self.xx += x * x.transpose();
@@ -167,7 +167,7 @@ impl Evidence {
         let rest = recording.rest_positions();
         let (noise, measured_over_stated) = measured_noise(recording, &rest);
         let mut sites: Vec<(Site, Sums, Vec<Sums>)> = Vec::new();
-        let drive = DriveTrack::new(recording, driven, &lifts);
+        let drive = DriveTrack::new(recording, driven, &lifts, &noise);
         for (index, poke) in recording.pokes.iter().enumerate() {
             let found = sites.iter().position(|(s, ..)| {
                 (s.centre - poke.site).norm() < SAME_PLACE_M
@@ -193,21 +193,13 @@ impl Evidence {
             if driven == Driven::ByStage {
                 for i in Rows::new(&recording.wrench.time_s).within(poke.start_s, poke.end_s) {
                     if let Some(x) = drive.at(recording.wrench.time_s[i], index) {
-                        force.add(
-                            &x,
-                            &drive.noise(&noise, index, &x),
-                            &Vec3::from(recording.wrench.force_n[i]),
-                        );
+                        force.add(&x, &Vec3::from(recording.wrench.force_n[i]));
                     }
                 }
             }
             for (row, x) in drive.marker_rows(index) {
                 let m = row.marker as usize;
-                markers[m].add(
-                    &x,
-                    &drive.noise(&noise, index, &x),
-                    &(Vec3::from(row.position_m) - rest[m].0),
-                );
+                markers[m].add(&x, &(Vec3::from(row.position_m) - rest[m].0));
             }
         }
         let sites = sites
@@ -230,38 +222,42 @@ pub struct DriveTrack<'a> {
     rows: Rows<'a>,
     weight: f64,
     lifts: &'a [Lift],
+    noise: &'a Noise,
+    /// How deep the tip was (m) in its poke up to every row of the stage, for tips that stick.
+    deepest_m: Vec<f64>,
 }
 
 impl<'a> DriveTrack<'a> {
-    /// Prepares look-ups in `recording`, with the lift of every poke.
-    pub fn new(recording: &'a Recording, driven: Driven, lifts: &'a [Lift]) -> Self {
+    /// Prepares look-ups in `recording`, with the lift of every poke and the noise to reckon with.
+    pub fn new(recording: &'a Recording, driven: Driven, lifts: &'a [Lift], noise: &'a Noise) -> Self {
         let time = match (driven, &recording.stage) {
             (Driven::ByStage, Some(stage)) => &stage.time_s,
             _ => &recording.wrench.time_s,
         };
         let acts = recording.phantom.gravity.is_some_and(|g| !g.at_rest);
-        Self { recording, driven, rows: Rows::new(time), weight: f64::from(u8::from(acts)), lifts }
-    }
-
-    /// Covariance of the noise in the drive `x` of a poke.
-    pub fn noise(&self, noise: &Noise, poke: usize, x: &Drive) -> DriveNoise {
-        match self.driven {
-            Driven::ByStage => self.lifts[poke].noise(noise.stage_m, x),
-            Driven::ByWrench => DriveNoise::from_diagonal(&Drive::from_fn(|i, _| match i {
-                0..3 => noise.force_n[i].powi(2),
-                3..6 => noise.torque_nm[i - 3].powi(2),
-                _ => 0.0,
-            })),
+        let rows = Rows::new(time);
+        let mut deepest_m = Vec::new();
+        if let (Driven::ByStage, Some(stage)) = (driven, &recording.stage) {
+            deepest_m.resize(time.len(), 0.0);
+            for (poke, lift) in recording.pokes.iter().zip(lifts) {
+                let Some(inward) = lift.inward() else { continue };
+                let mut deepest = 0.0_f64;
+                for i in rows.within(poke.start_s, poke.end_s) {
+                    deepest = deepest.max(Vec3::from(stage.displacement_m[i]).dot(&inward));
+                    deepest_m[i] = deepest;
+                }
+            }
         }
+        Self { recording, driven, rows, weight: f64::from(u8::from(acts)), lifts, noise, deepest_m }
     }
 
     /// Marker rows inside a poke, each with the drive at its instant; rows in a gap of the drive are left out.
-    pub fn marker_rows(&self, poke: usize) -> impl Iterator<Item = (&MarkerRow, Drive)> {
+    pub fn marker_rows(&self, poke: usize) -> impl Iterator<Item = (&MarkerRow, Driving)> {
         let (index, poke) = (poke, &self.recording.pokes[poke]);
         let markers = &self.recording.markers;
         let time = |row: &MarkerRow| markers.frame_time_s[row.frame as usize];
         let first = markers.rows.partition_point(|row| time(row) < poke.start_s);
-        let mut frame: Option<(u32, Option<Drive>)> = None;
+        let mut frame: Option<(u32, Option<Driving>)> = None;
         markers.rows[first..].iter().take_while(move |row| time(row) <= poke.end_s).filter_map(move |row| {
             let drive = match frame {
                 Some((number, drive)) if number == row.frame => drive,
@@ -273,24 +269,32 @@ impl<'a> DriveTrack<'a> {
     }
 
     /// The drive at `at_s`, from rows inside a poke only; `None` where the recording has a gap.
-    pub fn at(&self, at_s: f64, poke: usize) -> Option<Drive> {
-        let Poke { start_s, end_s, .. } = self.recording.pokes[poke];
-        let mut x = Drive::zeros();
-        x[WEIGHT] = self.weight;
-        match (self.driven, &self.recording.stage) {
+    pub fn at(&self, at_s: f64, poke: usize) -> Option<Driving> {
+        let Poke { start_s, end_s, direction, .. } = self.recording.pokes[poke];
+        let mut driving = match (self.driven, &self.recording.stage) {
             (Driven::ByStage, Some(stage)) => {
-                let d = self.rows.at(&stage.displacement_m, at_s, start_s, end_s)?;
-                self.lifts[poke].write(&Vec3::from(d), &mut x);
+                let d = Vec3::from(self.rows.at(&stage.displacement_m, at_s, start_s, end_s)?);
+                let before = stage.time_s.partition_point(|&t| t <= at_s).checked_sub(1);
+                let deepest = before.map_or(0.0, |i| self.deepest_m[i]);
+                self.lifts[poke].driving(&d, deepest, self.noise.stage_m, &direction)
             }
             _ => {
                 let wrench = &self.recording.wrench;
                 let f = self.rows.at(&wrench.force_n, at_s, start_s, end_s)?;
                 let m = self.rows.at(&wrench.torque_nm, at_s, start_s, end_s)?;
+                let mut x = Drive::zeros();
                 x.fixed_rows_mut::<3>(0).copy_from_slice(&f);
                 x.fixed_rows_mut::<3>(3).copy_from_slice(&m);
+                let mut variance = Drive::zeros();
+                for i in 0..3 {
+                    variance[i] = self.noise.force_n[i].powi(2);
+                    variance[3 + i] = self.noise.torque_nm[i].powi(2);
+                }
+                Driving { x, noise: DriveNoise::from_diagonal(&variance), depth_m: 0.0 }
             }
-        }
-        Some(x)
+        };
+        driving.x[WEIGHT] = self.weight;
+        Some(driving)
     }
 }
 

@@ -41,7 +41,7 @@ pub use extrapolate::{Limit, Pair};
 pub use fit::{Progress, Settings, fit};
 pub use forward::{Change, Forward, Group, NewDisc, Prediction, SitePrediction};
 pub use grip::Grip;
-pub use lift::Lift;
+pub use lift::{DriveNoise, Driving, Lift};
 pub use nnls::{NonNegative, nnls};
 pub use problem::{Linearised, Parameter, Problem, State};
 pub use refit::refit;

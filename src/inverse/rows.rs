@@ -26,7 +26,7 @@ pub(super) fn leftovers(
     parameters: usize,
 ) -> Left {
     let noise = &evidence.noise;
-    let drive = DriveTrack::new(recording, evidence.driven, &evidence.lifts);
+    let drive = DriveTrack::new(recording, evidence.driven, &evidence.lifts, noise);
     let markers = recording.markers.numbers.len();
     let (mut force_sum, mut force_n, mut force_chi2) = (0.0, 0.0, 0.0);
     let (mut marker_sum, mut marker_n, mut marker_chi2) = (0.0, 0.0, 0.0);
@@ -45,8 +45,8 @@ pub(super) fn leftovers(
                     let Some(x) = drive.at(recording.wrench.time_s[i], index) else {
                         continue;
                     };
-                    let left = Vec3::from(recording.wrench.force_n[i]) - &map.force * x;
-                    let own = drive.noise(noise, index, &x);
+                    let left = Vec3::from(recording.wrench.force_n[i]) - &map.force * x.x;
+                    let own = x.noise;
                     for axis in 0..3 {
                         let variance = noise.force_n[axis].powi(2);
                         force_sum += left[axis] * left[axis];
@@ -73,8 +73,8 @@ pub(super) fn leftovers(
                 let m = row.marker as usize;
                 let (rest, rest_rows) = evidence.rest[m];
                 let moved = Vec3::from(row.position_m) - rest;
-                let modelled = map.markers.rows(3 * m, 3) * x;
-                let own = drive.noise(noise, index, &x);
+                let modelled = map.markers.rows(3 * m, 3) * x.x;
+                let own = x.noise;
                 for axis in 0..3 {
                     let left = moved[axis] - modelled[axis];
                     marker_sum += left * left;

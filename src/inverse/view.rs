@@ -2,6 +2,7 @@
 
 use super::evidence::{Drive, DriveTrack, Driven, Evidence};
 use super::forward::{Forward, Prediction};
+use super::lift::Driving;
 use super::problem::Problem;
 use super::restraint::Mounted;
 use super::result::{MarkerView, PokeView, Sample};
@@ -19,7 +20,7 @@ pub(super) fn poke_views(
     prediction: &Prediction,
     chi2_per_value: &[f64],
 ) -> Vec<PokeView> {
-    let drive = DriveTrack::new(recording, evidence.driven, &evidence.lifts);
+    let drive = DriveTrack::new(recording, evidence.driven, &evidence.lifts, &evidence.noise);
     let mut views: Vec<(usize, PokeView)> = Vec::with_capacity(recording.pokes.len());
     for (s, (site, map)) in evidence.sites.iter().zip(&prediction.sites).enumerate() {
         for &index in &site.pokes {
@@ -28,18 +29,18 @@ pub(super) fn poke_views(
             let mut deepest: Option<(f64, f64, Drive)> = None;
             for i in Rows::new(&recording.wrench.time_s).within(poke.start_s, poke.end_s) {
                 let time_s = recording.wrench.time_s[i];
-                let Some(x) = drive.at(time_s, index) else { continue };
+                let Some(Driving { x, depth_m, .. }) = drive.at(time_s, index) else { continue };
                 let modelled = match evidence.driven {
                     Driven::ByStage => &map.force * x,
                     Driven::ByWrench => nalgebra::DVector::from_column_slice(&x.as_slice()[..3]),
                 };
                 let along = match evidence.driven {
-                    Driven::ByStage => site.lift.depth(&x, &poke.direction),
+                    Driven::ByStage => depth_m,
                     Driven::ByWrench => x.fixed_rows::<3>(0).dot(&poke.direction),
                 };
                 samples.push(Sample {
                     time_s,
-                    depth_m: if evidence.driven == Driven::ByStage { along } else { 0.0 },
+                    depth_m,
                     measured_n: recording.wrench.force_n[i],
                     modelled_n: std::array::from_fn(|k| modelled[k]),
                 });
@@ -112,7 +113,7 @@ fn markers(
     else {
         return Vec::new();
     };
-    let Some(x) = drive.at(times[frame], index) else { return Vec::new() };
+    let Some(Driving { x, .. }) = drive.at(times[frame], index) else { return Vec::new() };
     let rows = &recording.markers.rows;
     let first = rows.partition_point(|r| (r.frame as usize) < frame);
     rows[first..]

@@ -173,6 +173,7 @@ fn every_column_is_the_derivative_of_the_residual() {
     for shape in [TipShape::Pad, TipShape::Flat, TipShape::Sphere { radius_m: 0.006 }] {
         cases.push((Driven::ByStage, false, tip(shape, Contact::Unilateral)));
     }
+    cases.push((Driven::ByStage, false, tip(TipShape::Sphere { radius_m: 0.006 }, Contact::Bonded)));
     for (driven, heavy, tip) in cases {
         let case = format!("{driven:?}, heavy {heavy}, {tip:?}");
         let recording = recording(body(), heavy, tip);
