@@ -78,7 +78,8 @@ pub struct Pressed {
     pub forces: DVector<f64>,
     /// Change of the forces as the tip is moved on: `3 ports × 3` (N/Pa/m).
     pub by_displacement: DMatrix<f64>,
-    /// Forces on the ports that take a small displacement of the ports back: `3 ports × 3 ports`, symmetric.
+    /// Forces on the ports that take a small displacement of the ports back: `3 ports × 3 ports`, symmetric to the
+    /// elements' accuracy.
     pub tangent: DMatrix<f64>,
     /// Radius (m) of a disc of the area in contact.
     pub contact_radius_m: f64,
@@ -197,10 +198,7 @@ impl Tip {
     /// the part that the tip does not carry itself. `responses` are those to forces on the ports.
     pub fn compliance(&self, responses: &[Response]) -> DMatrix<f64> {
         match &self.kind {
-            Kind::Pad(spots) => {
-                let own = responses[0].at(&spots[0]);
-                DMatrix::from_column_slice(3, 3, ((own + own.transpose()) * 0.5).as_slice())
-            }
+            Kind::Pad(spots) => DMatrix::from_column_slice(3, 3, responses[0].at(&spots[0]).as_slice()),
             Kind::Flat { ports, .. } | Kind::Sphere { ports, .. } => ports.remainder(responses),
         }
     }
@@ -262,7 +260,7 @@ impl Tip {
         let depth = displacement.dot(&self.inward);
         match &self.kind {
             Kind::Pad(_) if self.bonded => {
-                let stiffness = compliance.clone().cholesky().ok_or(NOT_DEFINITE)?.inverse();
+                let stiffness = compliance.clone().try_inverse().ok_or(NOT_DEFINITE)?;
                 Ok(Pressed {
                     forces: &stiffness * displacement,
                     by_displacement: stiffness.clone(),
