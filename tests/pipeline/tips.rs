@@ -1,6 +1,6 @@
 //! Recordings of rigid tips and of tips that lift off, fitted. They are made with the very model of the quick fit,
 //! which a measurement never is: what is asked here is whether a recording's way through evidence, search and outcome
-//! is right, to the last standard deviation, not how well a tip is modelled (see the verification tests).
+//! is right, not how well a tip is modelled (see the verification tests).
 
 use phantom_rig::fem::{self, Model, Order, Resolution, Space, Spot, TipFace, discretise};
 use phantom_rig::geometry::Vec3;
@@ -180,13 +180,8 @@ fn every_tip_is_fitted() {
         let fit = fitted(&recording(Tip { shape, contact })).expect("a fit");
         let (modulus, left) = (fit.young_modulus_pa, fit.residual);
         println!("{shape:?}, {contact:?}: {modulus:?}, {left:?}, {} patches", fit.patches.len());
-        // The bound knows the noise alone; the deviation also carries what a quick fit's elements may get wrong.
-        let bound = fit.young_modulus_bound_pa;
-        assert!(
-            (modulus.value - MODULUS).abs() < 3.0 * bound,
-            "{shape:?}, {contact:?}: {modulus:?}, {bound}"
-        );
-        assert!(bound < 5e-3 * MODULUS, "{bound}");
+        // The noise alone leaves about one in a thousand.
+        assert!((modulus.value / MODULUS - 1.0).abs() < 3e-3, "{shape:?}, {contact:?}: {modulus:?}");
         assert!(fit.patches.is_empty(), "{shape:?}, {contact:?}: {:?}", fit.patches);
         assert!(left.chi2_per_dof < left.chi2_per_dof_limit, "{shape:?}, {contact:?}: {left:?}");
         let deepest: Vec<f64> =
