@@ -133,7 +133,7 @@ impl Lift {
                 let series = SVector::from(terms(most / deepest_m)) + rates * (depth - most);
                 x.fixed_rows_mut::<TERMS>(0).copy_from(&series);
                 slope.fixed_rows_mut::<TERMS>(0).copy_from(&(rates * inward.transpose()));
-                // The contact's radius goes with √δ.
+                // The contact's radius goes with √δ; the noise of the depth is left out of it.
                 let size = (most / deepest_m).sqrt();
                 let off_path = Mat3::identity() - path * inward.transpose();
                 let basis = basis_from_axis(inward);
@@ -183,7 +183,9 @@ mod tests {
         let displacement = Vec3::new(3e-4, 1e-4, -9e-4);
         let stage_m = [1e-5_f64, 2e-5, 3e-5];
         let deepest_m = 2e-3;
-        let sticking = Lift::Sticking { inward, path: Vec3::new(0.0, 0.0, -1.25), deepest_m };
+        // On its path, where what the depth's noise does to the size of the contact moves nothing aside.
+        let path = displacement / displacement.dot(&inward);
+        let sticking = Lift::Sticking { inward, path, deepest_m };
         for lift in [Lift::Whole, Lift::Depth(inward), Lift::Series { inward, deepest_m }, sticking] {
             for before in [0.0, 1.5e-3] {
                 let at = |d: Vec3| lift.driving(&d, before, stage_m, &inward);
