@@ -2,7 +2,7 @@
 //! figures.
 
 use super::{Context, Exit, Outcome, StagedFolder, UsageError};
-use crate::inverse::experiment::{Study, StudySettings, Summary, study, summarise};
+use crate::inverse::experiment::{Study, StudySettings, Summary, shapes, study, summarise};
 use crate::report::{experiment_text, write_experiment};
 use anyhow::Context as _;
 use clap::Args;
@@ -18,11 +18,18 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   phantom-rig experiment block
   phantom-rig experiment block --seeds 200 --snr-db 40 --out results/block
+  phantom-rig experiment block --unequal --first-seed 1000
   phantom-rig experiment block --data finer")]
 pub(super) struct BlockExperimentArguments {
     /// Noise draws at each level
     #[arg(long, default_value_t = 50, value_name = "N")]
     seeds: u64,
+    /// First of the draws: others than the default's 0 to N − 1
+    #[arg(long, default_value_t = 0, value_name = "SEED")]
+    first_seed: u64,
+    /// Also springs that differ from node to node, a fifth to nine fifths of 500 N/m
+    #[arg(long)]
+    unequal: bool,
     /// Signal-to-noise ratios in decibels; `inf` is no noise
     #[arg(long, value_delimiter = ',', default_value = "20,30,40,50,60,inf", value_name = "DB")]
     snr_db: Vec<f64>,
@@ -56,35 +63,27 @@ pub(super) fn run(arguments: &BlockExperimentArguments, context: &Context) -> an
     let staged = arguments.out.as_ref().map(|out| StagedFolder::new(out, arguments.force)).transpose()?;
     let settings = StudySettings {
         seeds: arguments.seeds,
+        first_seed: arguments.first_seed,
+        unequal: arguments.unequal,
         snr_db: arguments.snr_db.clone(),
         finer_data: arguments.data == DataMesh::Finer,
     };
     let of_level = |s: &f64| if s.is_infinite() { 1 } else { arguments.seeds };
-    let bar = context.progress.bar("data sets", 2 * arguments.snr_db.iter().map(of_level).sum::<u64>());
+    let sets = settings.restraints().len() as u64 * arguments.snr_db.iter().map(of_level).sum::<u64>();
+    let bar = context.progress.bar("data sets", sets);
     let study = study(&settings, &|| bar.advance()).context("the experiment could not be run")?;
     drop(bar);
     let summaries = summarise(&study);
     if let Some(staged) = staged {
-        write_experiment(staged.path(), &study, &summaries)?;
+        let shapes = shapes(&study).context("the deformed body could not be computed")?;
+        write_experiment(staged.path(), &study, &summaries, &shapes)?;
         staged.finish()?;
     }
     Ok(outcome(arguments, &study, &summaries))
 }
 
 fn outcome(arguments: &BlockExperimentArguments, study: &Study, summaries: &[Summary]) -> Outcome {
-    let source = match arguments.data {
-        DataMesh::Same => "data from the same mesh as the model",
-        DataMesh::Finer => "data from a finer mesh of second-order elements",
-    };
-    let mut text = format!(
-        "{} nodes, {} tetrahedra, {} observed, {} search nodes; {source}; {} seeds\n",
-        study.experiment.mesh.nodes.len(),
-        study.experiment.mesh.tets.len(),
-        study.experiment.observed.len(),
-        study.experiment.search.len(),
-        arguments.seeds,
-    );
-    text.push_str(&experiment_text(summaries));
+    let mut text = experiment_text(study, summaries);
     for (restraint, level, seed, why) in &study.failures {
         text.push_str(&format!("failed: {restraint:?}, {level} dB, seed {seed}: {why}\n"));
     }

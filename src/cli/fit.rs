@@ -3,7 +3,9 @@
 use super::{Context, Exit, Outcome, StagedFolder, UsageError};
 use crate::dataset::read_bundle;
 use crate::fem::Order;
-use crate::inverse::{Driven, Progress, Settings, fit};
+use crate::inverse::published::{Variant, fit_recording};
+use crate::inverse::{Driven, Fit, Progress, Settings, fit};
+use crate::observation::Recording;
 use crate::report::{finding, to_json, trust, write_fit};
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -17,7 +19,8 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   phantom-rig fit recordings/practice-01
   phantom-rig fit recordings/practice-01 --out results/01 --quick
-  phantom-rig fit recordings/practice-01 --element p1 --json > p1.json")]
+  phantom-rig fit recordings/practice-01 --element p1 --json > p1.json
+  phantom-rig fit recordings/practice-01 --method published --out results/published")]
 pub(super) struct FitArguments {
     /// The bundle: a folder with recording.toml, mesh.msh, pokes.csv, force.csv, markers.csv
     #[arg(value_name = "BUNDLE")]
@@ -28,9 +31,13 @@ pub(super) struct FitArguments {
     /// Replace DIR even if this program did not make it
     #[arg(long)]
     force: bool,
-    /// Order of the elements; p1 is offered for comparison only and may be tens of per cent off
-    #[arg(long, value_enum, default_value = "p2")]
-    element: Element,
+    /// How the fit is made
+    #[arg(long, value_enum, default_value = "default")]
+    method: Method,
+    /// Order of the elements: p2 by default, p1 with the published methods, as published; p1 may be tens of per cent
+    /// off
+    #[arg(long, value_enum)]
+    element: Option<Element>,
     /// What drives the model: by default the stage when it was recorded, else the wrench
     #[arg(long, value_enum, default_value = "auto")]
     drive: Drive,
@@ -38,8 +45,44 @@ pub(super) struct FitArguments {
     #[arg(long)]
     quick: bool,
     /// Radius of the patches through which springs pull
-    #[arg(long, value_name = "MM", default_value_t = 5.0)]
+    #[arg(long, value_name = "MM", default_value_t = PATCH_RADIUS_MM)]
     patch_radius_mm: f64,
+}
+
+const PATCH_RADIUS_MM: f64 = 5.0;
+
+/// How the fit is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Method {
+    /// Modulus and patches jointly from all pokes, weighted by the noise
+    Default,
+    /// The published two-step method, for comparison: energy regularisation, then l1; poke by poke on the given mesh
+    Published,
+    /// The same with the unit matrix in step one, as printed
+    PublishedUnit,
+    /// The same with the unit matrix on unknowns relative to the start
+    PublishedUnitScaled,
+    /// The same without regularisation in step one
+    PublishedUnregularised,
+    /// The same with the direct method as step two
+    PublishedDirect,
+}
+
+impl Method {
+    fn variant(self) -> Option<Variant> {
+        match self {
+            Self::Default => None,
+            Self::Published => Some(Variant::Published),
+            Self::PublishedUnit => Some(Variant::Unit),
+            Self::PublishedUnitScaled => Some(Variant::UnitScaled),
+            Self::PublishedUnregularised => Some(Variant::Unregularised),
+            Self::PublishedDirect => Some(Variant::Direct),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        self.variant().map_or("default", Variant::name)
+    }
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -62,14 +105,24 @@ enum Drive {
 
 pub(super) fn run(arguments: &FitArguments, context: &Context) -> anyhow::Result<Outcome> {
     let settings = settings(arguments)?;
+    let variant = arguments.method.variant();
+    if variant.is_some() {
+        only_published(arguments)?;
+    }
     let spinner = context.progress.spinner("reading");
     let (recording, suspicions) = read_bundle(&arguments.bundle)?;
     let destination = arguments.out.clone().unwrap_or_else(|| beside(&arguments.bundle));
     let folder = StagedFolder::new(&destination, arguments.force)?;
-    let mut fitted = fit(&recording, &settings, &mut |stage| spinner.label(&said(stage)))?;
+    let mut fitted = match variant {
+        None => fit(&recording, &settings, &mut |stage| spinner.label(&said(stage)))?,
+        Some(variant) => {
+            drop(spinner);
+            published(&recording, variant, settings.element, context)?
+        }
+    };
+    let spinner = context.progress.spinner("writing");
     fitted.remarks.extend(suspicions.iter().map(ToString::to_string));
-    spinner.label("writing");
-    let made_with = made_with(arguments);
+    let made_with = made_with(arguments, &settings);
     write_fit(folder.path(), &fitted, &recording, &made_with)?;
     folder.finish()?;
     drop(spinner);
@@ -88,15 +141,46 @@ pub(super) fn run(arguments: &FitArguments, context: &Context) -> anyhow::Result
     })
 }
 
+/// Refuses what the published methods have no use for.
+fn only_published(arguments: &FitArguments) -> anyhow::Result<()> {
+    let method = arguments.method.name();
+    let refused = [
+        ("--quick", arguments.quick, "it stays on the given mesh anyway"),
+        ("--drive stage", matches!(arguments.drive, Drive::Stage), "the wrench drives its model"),
+        (
+            "--patch-radius-mm",
+            arguments.patch_radius_mm != PATCH_RADIUS_MM,
+            "its springs stand on single nodes",
+        ),
+    ];
+    match refused.iter().find(|r| r.1) {
+        Some((option, _, why)) => {
+            Err(UsageError(format!("{option} does nothing with --method {method}: {why}")).into())
+        }
+        None => Ok(()),
+    }
+}
+
+fn published(
+    recording: &Recording,
+    variant: Variant,
+    element: Order,
+    context: &Context,
+) -> anyhow::Result<Fit> {
+    let bar = context.progress.bar("pokes", recording.pokes.len() as u64);
+    Ok(fit_recording(recording, variant, element, &|| bar.advance())?)
+}
+
 fn settings(arguments: &FitArguments) -> anyhow::Result<Settings> {
     let radius_mm = arguments.patch_radius_mm;
     if !(radius_mm > 0.0 && radius_mm.is_finite()) {
         return Err(UsageError(format!("--patch-radius-mm must be more than 0, got {radius_mm}")).into());
     }
     Ok(Settings {
-        element: match arguments.element {
-            Element::P1 => Order::P1,
-            Element::P2 => Order::P2,
+        element: match (arguments.element, arguments.method) {
+            (Some(Element::P1), _) => Order::P1,
+            (Some(Element::P2), _) | (None, Method::Default) => Order::P2,
+            (None, _) => Order::P1,
         },
         quick: arguments.quick,
         driven: match arguments.drive {
@@ -109,19 +193,21 @@ fn settings(arguments: &FitArguments) -> anyhow::Result<Settings> {
 }
 
 /// The settings as the page and `fit.json` show them.
-fn made_with(arguments: &FitArguments) -> serde_json::Map<String, serde_json::Value> {
+fn made_with(arguments: &FitArguments, settings: &Settings) -> serde_json::Map<String, serde_json::Value> {
     let name = |value: &str| serde_json::Value::from(value.to_lowercase());
-    [
+    let mut made = vec![
         ("bundle", json!(arguments.bundle.display().to_string())),
-        ("method", json!("default")),
-        ("element", name(&format!("{:?}", arguments.element))),
-        ("drive", name(&format!("{:?}", arguments.drive))),
-        ("quick", json!(arguments.quick)),
-        ("patch_radius_mm", json!(arguments.patch_radius_mm)),
-    ]
-    .map(|(key, value)| (key.to_owned(), value))
-    .into_iter()
-    .collect()
+        ("method", json!(arguments.method.name())),
+        ("element", name(&format!("{:?}", settings.element))),
+    ];
+    if arguments.method == Method::Default {
+        made.extend([
+            ("drive", name(&format!("{:?}", arguments.drive))),
+            ("quick", json!(arguments.quick)),
+            ("patch_radius_mm", json!(arguments.patch_radius_mm)),
+        ]);
+    }
+    made.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
 /// `<bundle>-fit` in the current folder.
@@ -138,6 +224,5 @@ fn said(stage: Progress) -> String {
         Progress::Searching { patches, misfit } => {
             format!("looking for restraint: {patches} patches, misfit {misfit:.2}")
         }
-        Progress::Refining => "carrying the answer to the limit of fine elements".to_owned(),
     }
 }

@@ -163,12 +163,21 @@ pub struct Discretisation {
     pub fine: TetMesh,
 }
 
+/// Edges turn out at this share of the size that was asked for, in the mean: bisection halves what is too long.
+const AS_CUT: f64 = 0.7;
+
 impl Discretisation {
-    /// A pair on `level` and `level + 1`.
+    /// A pair on `level` and `level + 1`, or, where the given mesh is finer than that, on its own size and half of it.
     pub fn pair(mesh: &TetMesh, fixed: &str, discs: &[&Spot], level: u32) -> Result<Self, MeshError> {
-        let coarse = discretise(mesh, fixed, discs, &Resolution::of(mesh, level)?)?;
-        let fine = discretise(mesh, fixed, discs, &Resolution::of(mesh, level + 1)?)?;
-        Ok(Self { coarse, fine })
+        let mut resolution = Resolution::of(mesh, level)?;
+        if let Some(given) = glue_edge_m(mesh, fixed)? {
+            resolution.glue_m = resolution.glue_m.min(given / AS_CUT);
+        }
+        let half = Resolution { glue_m: 0.5 * resolution.glue_m, ..resolution };
+        Ok(Self {
+            coarse: discretise(mesh, fixed, discs, &resolution)?,
+            fine: discretise(mesh, fixed, discs, &half)?,
+        })
     }
 
     /// Richardson's extrapolation of a compliance from the pair: its error at the end of flat glue halves from
@@ -176,4 +185,16 @@ impl Discretisation {
     pub fn extrapolate(coarse: f64, fine: f64) -> f64 {
         2.0 * fine - coarse
     }
+}
+
+/// Mean length (m) of the edges at which flat glue ends, or, where none does, of those at which glue and body end
+/// together.
+fn glue_edge_m(mesh: &TetMesh, fixed: &str) -> Result<Option<f64>, MeshError> {
+    let ends = glue_ends(mesh, fixed)?;
+    let mean = |flat: bool| {
+        let lengths: Vec<f64> =
+            ends.iter().filter(|(.., size)| (*size == 1.0) == flat).map(|(a, b, _)| (b - a).norm()).collect();
+        (!lengths.is_empty()).then(|| lengths.iter().sum::<f64>() / lengths.len() as f64)
+    };
+    Ok(mean(true).or_else(|| mean(false)))
 }

@@ -253,6 +253,11 @@ impl Response {
         Mat3::from_columns(&[0, 1, 2].map(|j: usize| spot.of(&self.nodal[j])))
     }
 
+    /// The near field's part of [`Response::at`]; zero where the elements carry everything.
+    pub fn near_at(&self, spot: &Spot) -> Mat3 {
+        self.near.as_ref().map_or_else(Mat3::zeros, |near| near.at(spot))
+    }
+
     /// How the mean over the disc `spot` changes as the disc moves along `tangent`, `slope` being its
     /// [`Spot::slope`]: column `j` for a unit force along axis `j`. A disc's own near field moves with it and adds
     /// nothing.

@@ -10,11 +10,11 @@ use super::lift::Lift;
 use crate::fem::{Functional, Model, Response, Spot, Tip, wrench_loads};
 use crate::geometry::Vec3;
 use nalgebra::{DMatrix, DVector};
-use std::ops::Range;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Compliance blocks with all sites and a set of restraint discs.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Blocks {
     /// One entry a site.
     pub sites: Vec<SiteBlocks>,
@@ -80,6 +80,8 @@ pub struct Bench {
     tip_responses: Vec<TipResponse>,
     /// Nodal displacement under the body's weight, when it acts.
     weight: Option<Vec<f64>>,
+    /// Blocks without any restraint.
+    free: Blocks,
 }
 
 /// Response to the tip's load at one site.
@@ -217,7 +219,37 @@ impl Bench {
             Some(w) => model.displace(vec![model.body_force(&w)])?.pop(),
             None => None,
         };
-        Ok(Self { model, tips, markers, tip_responses, weight })
+        let mut bench = Self { model, tips, markers, tip_responses, weight, free: Blocks::default() };
+        bench.free = bench.without_restraint();
+        Ok(bench)
+    }
+
+    fn without_restraint(&self) -> Blocks {
+        let sites = self.tips.par_iter().zip(&self.tip_responses).map(|(tip, response)| SiteBlocks {
+            grip: response.grip(),
+            tip_tip: response.own(tip),
+            markers_tip: under_tip(&self.markers, response),
+            discs_tip: DMatrix::zeros(0, response.modes()),
+            tip_weight: self.sag(tip.ports()),
+        });
+        Blocks {
+            sites: sites.collect(),
+            markers_discs: DMatrix::zeros(3 * self.markers.len(), 0),
+            discs_discs: DMatrix::zeros(0, 0),
+            markers_weight: self.sag(&self.markers),
+            discs_weight: DMatrix::zeros(0, 1),
+        }
+    }
+
+    /// Displacement of spots under the body's weight; zero when it does not act.
+    fn sag(&self, spots: &[Spot]) -> DMatrix<f64> {
+        let mut all = DMatrix::zeros(3 * spots.len(), 1);
+        if let Some(nodal) = &self.weight {
+            for (i, spot) in spots.iter().enumerate() {
+                all.fixed_view_mut::<3, 1>(3 * i, 0).copy_from(&spot.of(nodal));
+            }
+        }
+        all
     }
 
     /// Response to the tip at a site.
@@ -232,22 +264,6 @@ impl Bench {
 
     /// All blocks, with restraint `discs` and the responses to them (as [`Model::respond`] gives).
     pub fn blocks(&self, discs: &[Spot], responses: &[Response]) -> Blocks {
-        let stack = |spots: &[Spot], tip: &TipResponse| {
-            let mut all = DMatrix::zeros(3 * spots.len(), tip.modes());
-            for (i, spot) in spots.iter().enumerate() {
-                all.rows_mut(3 * i, 3).copy_from(&tip.at(spot));
-            }
-            all
-        };
-        let heavy = |spots: &[Spot]| {
-            let mut all = DMatrix::zeros(3 * spots.len(), 1);
-            if let Some(nodal) = &self.weight {
-                for (i, spot) in spots.iter().enumerate() {
-                    all.fixed_view_mut::<3, 1>(3 * i, 0).copy_from(&spot.of(nodal));
-                }
-            }
-            all
-        };
         let under = |spots: &[Spot]| {
             let mut all = DMatrix::zeros(3 * spots.len(), 3 * discs.len());
             for (i, spot) in spots.iter().enumerate() {
@@ -258,38 +274,31 @@ impl Bench {
             all
         };
         let discs_discs = under(discs);
-        Blocks {
-            sites: self
-                .tips
-                .iter()
-                .zip(&self.tip_responses)
-                .map(|(tip, response)| SiteBlocks {
-                    grip: response.grip(),
-                    tip_tip: response.own(tip),
-                    markers_tip: stack(&self.markers, response),
-                    discs_tip: stack(discs, response),
-                    tip_weight: heavy(tip.ports()),
-                })
-                .collect(),
-            markers_discs: under(&self.markers),
-            // Reciprocity holds to the discretisation's accuracy; the mean of both readings is symmetric exactly.
-            discs_discs: (&discs_discs + discs_discs.transpose()) * 0.5,
-            markers_weight: heavy(&self.markers),
-            discs_weight: heavy(discs),
+        let mut blocks = self.free.clone();
+        for (site, response) in blocks.sites.iter_mut().zip(&self.tip_responses) {
+            site.discs_tip = under_tip(discs, response);
         }
+        blocks.markers_discs = under(&self.markers);
+        // Reciprocity holds to the discretisation's accuracy; the mean of both readings is symmetric exactly.
+        blocks.discs_discs = (&discs_discs + discs_discs.transpose()) * 0.5;
+        blocks.discs_weight = self.sag(discs);
+        blocks
     }
 
-    /// How the blocks change as the discs `moved` are shifted together along `tangent`. `adjoint` are the responses
-    /// of the markers, through which the markers' blocks follow by reciprocity.
-    pub fn shifted(
+    /// How the blocks change as discs are `moved`, each by its own vector in its plane. With `grown` set those discs
+    /// belong to one spot that is scaled up, their own size in proportion. `adjoint` are the responses of the
+    /// markers, through which the markers' blocks follow by reciprocity.
+    pub fn changed(
         &self,
         discs: &[Spot],
         responses: &[Response],
         adjoint: &[Response],
-        moved: &Range<usize>,
-        tangent: &Vec3,
+        moved: &[(usize, Vec3)],
+        grown: bool,
     ) -> Blocks {
         let space = self.model.space();
+        let together = |disc: usize| moved.iter().any(|(at, _)| *at == disc);
+        let (markers, discs3) = (3 * self.markers.len(), 3 * discs.len());
         let mut change = Blocks {
             sites: self
                 .tip_responses
@@ -297,31 +306,32 @@ impl Bench {
                 .map(|tip| SiteBlocks {
                     grip: tip.grip(),
                     tip_tip: DMatrix::zeros(tip.seen(), tip.modes()),
-                    markers_tip: DMatrix::zeros(3 * self.markers.len(), tip.modes()),
-                    discs_tip: DMatrix::zeros(3 * discs.len(), tip.modes()),
+                    markers_tip: DMatrix::zeros(markers, tip.modes()),
+                    discs_tip: DMatrix::zeros(discs3, tip.modes()),
                     tip_weight: DMatrix::zeros(tip.seen(), 1),
                 })
                 .collect(),
-            markers_discs: DMatrix::zeros(3 * self.markers.len(), 3 * discs.len()),
-            discs_discs: DMatrix::zeros(3 * discs.len(), 3 * discs.len()),
-            markers_weight: DMatrix::zeros(3 * self.markers.len(), 1),
-            discs_weight: DMatrix::zeros(3 * discs.len(), 1),
+            markers_discs: DMatrix::zeros(markers, discs3),
+            discs_discs: DMatrix::zeros(discs3, discs3),
+            markers_weight: DMatrix::zeros(markers, 1),
+            discs_weight: DMatrix::zeros(discs3, 1),
         };
-        for at in moved.clone() {
-            let slope = discs[at].slope(space, tangent);
+        for &(at, by) in moved {
+            let slope = discs[at].slope(space, &by);
             for (site, tip) in change.sites.iter_mut().zip(&self.tip_responses) {
-                site.discs_tip.rows_mut(3 * at, 3).copy_from(&tip.slope_at(&slope, &discs[at], tangent));
+                site.discs_tip.rows_mut(3 * at, 3).copy_from(&tip.slope_at(&slope, &discs[at], &by));
             }
             for (m, response) in adjoint.iter().enumerate() {
-                let block = response.slope_at(&slope, &discs[at], tangent).transpose();
+                let block = response.slope_at(&slope, &discs[at], &by).transpose();
                 change.markers_discs.fixed_view_mut::<3, 3>(3 * m, 3 * at).copy_from(&block);
             }
             for (other, response) in responses.iter().enumerate() {
-                // Discs that move together keep their place in each other's near field.
-                let block = if moved.contains(&other) {
-                    response.slope_of_elements(&slope)
-                } else {
-                    response.slope_at(&slope, &discs[at], tangent)
+                // Discs that move together keep their place in each other's near field, which shrinks in proportion
+                // when they grow: a half-space's compliance goes with one over the length.
+                let block = match (together(other), grown) {
+                    (true, true) => response.slope_of_elements(&slope) - response.near_at(&discs[at]) * 0.5,
+                    (true, false) => response.slope_of_elements(&slope),
+                    (false, _) => response.slope_at(&slope, &discs[at], &by),
                 };
                 let mut there = change.discs_discs.fixed_view_mut::<3, 3>(3 * at, 3 * other);
                 there += block;
@@ -334,6 +344,15 @@ impl Bench {
         }
         change
     }
+}
+
+/// Displacement of spots under a tip's load modes.
+fn under_tip(spots: &[Spot], tip: &TipResponse) -> DMatrix<f64> {
+    let mut all = DMatrix::zeros(3 * spots.len(), tip.modes());
+    for (i, spot) in spots.iter().enumerate() {
+        all.rows_mut(3 * i, 3).copy_from(&tip.at(spot));
+    }
+    all
 }
 
 fn dot(functional: &[Functional; 3], nodal: &[f64]) -> Vec3 {

@@ -49,16 +49,27 @@ pub enum InverseError {
     },
     /// The fit did not converge.
     #[error(
-        "the fit did not converge: after {iterations} steps the last one still lowered the misfit by {last_gain:.3e} \
-         (misfit {misfit:.6e})"
+        "the fit did not converge: after {iterations} steps a further one still promises to lower the misfit by \
+         {promised:.3e} (misfit {misfit:.6e})"
     )]
     NotConverged {
         /// Steps taken.
         iterations: usize,
-        /// Gain of the last step.
-        last_gain: f64,
+        /// What a further step promises.
+        promised: f64,
         /// Misfit reached.
         misfit: f64,
+    },
+    /// Patches keep coming and going.
+    #[error(
+        "the search for restraint did not settle: after {rounds} rounds, with {patches} patches, it still changes what \
+         was found; the recording does not tell how the restraint is spread"
+    )]
+    NotSettled {
+        /// Rounds made.
+        rounds: usize,
+        /// Patches at the end.
+        patches: usize,
     },
     /// The data do not determine the modulus.
     #[error("the recording does not determine Young's modulus: {why}")]

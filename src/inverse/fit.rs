@@ -2,20 +2,21 @@
 //!
 //! 1. Boil the recording down to readings ([`Evidence`]).
 //! 2. On a discretisation of moderate size, find patches and modulus ([`search`](super::search)).
-//! 3. Carry the answer to the limit of fine elements ([`extrapolate`](super::extrapolate)).
+//! 3. Go on from there on the same discretisation corrected to the limit of fine elements ([`limit`](super::limit)).
 //! 4. Say how surely, and what the recording cannot tell ([`outcome`](super::outcome)).
 
 use super::blocks::Bench;
 use super::error::InverseError;
 use super::evidence::{Driven, Evidence, Site};
-use super::extrapolate::{Limit, Pair};
 use super::lift::entered;
-use super::outcome::{Found, outcome};
-use super::problem::{Linearised, Parameter, Problem, State};
+use super::limit::{Finer, Level, in_the_limit};
+use super::outcome::{Found, elements_sd, first_elements_sd, outcome};
+use super::problem::{Linearised, Problem};
+use super::residual::Whitening;
 use super::result::Fit;
-use super::search::{adjoint, candidates, search};
+use super::search::{candidates, search};
 use super::tilt::turns_little;
-use crate::fem::{FemError, Model, Order, Resolution, Space, Spot, Tip, TipFace, discretise};
+use crate::fem::{Discretisation, FemError, Model, Order, Resolution, Space, Spot, Tip, TipFace, discretise};
 use crate::mesh::{SurfaceIndex, TetMesh};
 use crate::observation::{self, Contact, Recording, TipShape};
 
@@ -53,8 +54,6 @@ pub enum Progress {
         /// Sum of squares per reading.
         misfit: f64,
     },
-    /// Carrying the answer to the limit of fine elements.
-    Refining,
 }
 
 /// Distance (m) between places at which a patch is first looked for, over the patch's radius.
@@ -77,73 +76,62 @@ pub fn fit(
     }
     progress(Progress::Building { unknowns: 0 });
     let tips = tips(recording, &evidence)?;
-    let level_0 = level(recording, &tips, 0)?;
-    let mut problem = problem(recording, &evidence, &level_0, settings)?;
-    progress(Progress::Building { unknowns: problem.bench.model.unknowns() });
-    turns_little(&problem.bench, &evidence)?;
-    problem.adjoint = adjoint(&problem)?;
+    let first = level(recording, &evidence, &first_mesh(recording, &tips)?, settings)?;
+    progress(Progress::Building { unknowns: first.bench.model.unknowns() });
+    turns_little(&first.bench, &evidence)?;
+    let mut problem = Problem::new(&evidence, first.bench, first.search, first_elements_sd(settings))?;
     let places = candidates(&problem, settings.patch_radius_m, SPACING * settings.patch_radius_m)?;
     let [low, high] = recording.phantom.modulus_range_pa;
-    let found = search(&problem, (low * high).sqrt(), settings.patch_radius_m, &places, |at| {
+    let mut tell = |at: &Linearised| {
         progress(Progress::Searching {
             patches: at.state.patches.len(),
             misfit: at.chi2() / at.residual.len() as f64,
         });
-    })?;
-    progress(Progress::Refining);
-    let (found, limit) = if settings.quick {
-        (found, None)
+    };
+    let found = search(&mut problem, (low * high).sqrt(), settings.patch_radius_m, &places, &mut tell)?;
+    let finer = if settings.quick {
+        None
     } else {
         // A patch close to a side of the body needs that side resolved, as a tip does.
-        let mut discs = tips;
-        for patch in &found.mounted.discs {
-            let space = Space::new(&recording.mesh, Order::P1).map_err(FemError::from)?;
-            if let Some((disc, _)) = patch.as_disc() {
-                let all: Vec<usize> = (0..space.faces().len()).collect();
-                discs.push(Spot::disc(&space, &all, &disc.centre, disc.radius)?);
-            }
-        }
-        let pair = Pair {
-            coarse: self::problem(recording, &evidence, &level(recording, &discs, 1)?, settings)?,
-            fine: self::problem(recording, &evidence, &level(recording, &discs, 2)?, settings)?,
-        };
-        let unknowns = pair.fine.bench.model.unknowns();
-        let (mut found, mut limit) = pair.correct(&problem, found)?;
-        // What the first discretisation's own error looked like is not there any more in the limit.
-        while let Some(state) = without_the_insignificant(&found, &limit) {
-            (found, limit) = pair.correct(&problem, problem.linearise(&state)?)?;
-        }
-        (found, Some((limit, unknowns)))
+        let discs: Vec<Spot> = tips.into_iter().chain(discs(recording, &found)?).collect();
+        problem.whitening = Whitening::new(&evidence, elements_sd(settings));
+        Some(finer(recording, &evidence, &discs, settings)?)
     };
+    let found = in_the_limit(&mut problem, finer.as_ref(), found, &mut tell)?;
     outcome(
         recording,
         settings,
-        &Found { evidence: &evidence, problem: &problem, at: &found, limit: limit.as_ref() },
+        &Found { evidence: &evidence, problem: &problem, at: &found, finer: finer.as_ref() },
     )
 }
 
-/// Springs whose stiffness is known worse than to this share are no finding.
-const SIGNIFICANT: f64 = 0.25;
+/// The mesh of the first discretisation.
+fn first_mesh(recording: &Recording, tips: &[Spot]) -> Result<TetMesh, InverseError> {
+    let resolution = Resolution::of(&recording.mesh, 0).map_err(FemError::from)?;
+    let discs: Vec<&Spot> = tips.iter().collect();
+    Ok(discretise(&recording.mesh, FIXED, &discs, &resolution).map_err(FemError::from)?)
+}
 
-/// The state less its least significant soft springs, if any are insignificant in the limit.
-fn without_the_insignificant(found: &Linearised, limit: &Limit) -> Option<State> {
-    let covariance = found.covariance()?;
-    let freedom = limit.residual.len().saturating_sub(found.parameters.len()).max(1);
-    let excess = (limit.residual.norm_squared() / freedom as f64).max(1.0);
-    let share = |patch: usize| {
-        let at = found.parameters.iter().position(|q| *q == Parameter::LogSoftness(patch))?;
-        Some((excess * covariance[(at, at)]).sqrt())
-    };
-    let worst = (0..found.state.patches.len())
-        // Softer than the phantom's own compliance under a disc, about 0.5/a: glue is not meant.
-        .filter(|&p| found.state.patches[p].softness * found.state.patches[p].radius_m > 1.0)
-        .filter_map(|p| share(p).map(|share| (p, share)))
-        .max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (worst.1 > SIGNIFICANT).then(|| {
-        let mut state = found.state.clone();
-        state.patches.remove(worst.0);
-        state
-    })
+/// Two finer discretisations that resolve the sides of the body close to `discs` (on the given mesh).
+fn finer(
+    recording: &Recording,
+    evidence: &Evidence,
+    discs: &[Spot],
+    settings: &Settings,
+) -> Result<Finer, InverseError> {
+    let discs: Vec<&Spot> = discs.iter().collect();
+    let meshes = Discretisation::pair(&recording.mesh, FIXED, &discs, 1).map_err(FemError::from)?;
+    let coarse = level(recording, evidence, &meshes.coarse, settings)?;
+    let fine = level(recording, evidence, &meshes.fine, settings)?;
+    Ok(Finer { coarse, fine })
+}
+
+/// Discs of the patches found, on the given mesh.
+fn discs(recording: &Recording, found: &Linearised) -> Result<Vec<Spot>, InverseError> {
+    let space = Space::new(&recording.mesh, Order::P1).map_err(FemError::from)?;
+    let all: Vec<usize> = (0..space.faces().len()).collect();
+    let discs = found.mounted.discs.iter().filter_map(Spot::as_disc);
+    discs.map(|(disc, _)| Ok(Spot::disc(&space, &all, &disc.centre, disc.radius)?)).collect()
 }
 
 /// The tips' discs on the given mesh.
@@ -186,18 +174,13 @@ fn face(tip: observation::Tip, driven: Driven, weight_acts: bool) -> Result<(Tip
     }
 }
 
-fn level(recording: &Recording, tips: &[Spot], level: u32) -> Result<TetMesh, InverseError> {
-    let resolution = Resolution::of(&recording.mesh, level).map_err(FemError::from)?;
-    let discs: Vec<&Spot> = tips.iter().collect();
-    Ok(discretise(&recording.mesh, FIXED, &discs, &resolution).map_err(FemError::from)?)
-}
-
-fn problem<'a>(
+/// The model on one discretisation.
+fn level(
     recording: &Recording,
-    evidence: &'a Evidence,
+    evidence: &Evidence,
     mesh: &TetMesh,
     settings: &Settings,
-) -> Result<Problem<'a>, InverseError> {
+) -> Result<Level, InverseError> {
     let model = Model::new(mesh, settings.element, recording.phantom.poisson_ratio, FIXED)?;
     let tips = placed(model.space(), evidence, recording)?;
     let index = SurfaceIndex::new(mesh, mesh.surface(OBSERVED));
@@ -214,7 +197,7 @@ fn problem<'a>(
     let sites: Vec<_> = evidence.sites.iter().map(|s| (s.centre, s.lift)).collect();
     let search = model.space().surface(SEARCH).to_vec();
     let bench = Bench::new(model, tips, markers, &sites, evidence.driven, weight)?;
-    Ok(Problem { evidence, bench, search, adjoint: Vec::new() })
+    Ok(Level { bench, search })
 }
 
 #[cfg(test)]

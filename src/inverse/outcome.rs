@@ -2,12 +2,11 @@
 
 use super::error::InverseError;
 use super::evidence::Evidence;
-use super::extrapolate::Limit;
 use super::fit::Settings;
 use super::forward::Forward;
+use super::limit::Finer;
 use super::problem::{Linearised, Parameter, Problem};
-use super::residual::Whitening;
-use super::restraint::Restraint;
+use super::restraint::{Mounted, Restraint};
 use super::result::{Discretisation, Estimate, Fit, FitMethod, Patch, PatchKind};
 use super::rows::{Left, leftovers};
 use super::search::MOST_PATCHES;
@@ -25,26 +24,48 @@ pub(super) struct Found<'a> {
     pub evidence: &'a Evidence,
     /// The problem on the first discretisation.
     pub problem: &'a Problem<'a>,
-    /// The state there, with its Jacobian.
+    /// The state there, corrected to the limit of fine elements, with its Jacobian.
     pub at: &'a Linearised,
-    /// The limit of fine elements, with the unknowns of the finest discretisation; `None` for a quick fit.
-    pub limit: Option<&'a (Limit, usize)>,
+    /// The finer discretisations that it was corrected by; `None` for a quick fit.
+    pub finer: Option<&'a Finer>,
 }
 
 /// Share of the step from the finest discretisation to the extrapolated limit that is taken as the standard
-/// deviation of the error left. Why: the extrapolation assumes that the error halves with the element size, while
+/// deviation of the error left. Why: the extrapolation assumes that the error falls with the element size, while
 /// the size is followed by an unstructured mesh only to about a quarter.
 const LEFT_OF_EXTRAPOLATION: f64 = 0.25;
 
-/// Relative deviation of the stiffness under a tip from elements away from the end of the glue: what P2 leaves at the longest
-/// edge that [`Resolution`](crate::fem::Resolution) allows (see the refinement study in the tests).
-const LEFT_ELSEWHERE: f64 = 1e-3;
+/// Relative standard deviation of the stiffness under a tip that elements leave: that of one site against the others, and
+/// that common to all. Extrapolated: what P2 leaves away from the end of the glue at the longest edge that
+/// [`Resolution`](crate::fem::Resolution) allows (see the refinement study in the tests). A quick fit stays on one
+/// discretisation; its error was up to the common figure on slabs with free glue ends. P1, offered for comparison,
+/// locks.
+struct Elements {
+    site: f64,
+    common: f64,
+}
 
-/// A quick fit stays on one discretisation; its error was up to this on slabs with free glue ends.
-const QUICK_ERROR: f64 = 0.02;
+const EXTRAPOLATED: Elements = Elements { site: 1e-3, common: 1e-3 };
+const QUICK: Elements = Elements { site: 0.01, common: 0.02 };
+const FIRST_ORDER: Elements = Elements { site: 0.05, common: 0.2 };
 
-/// The same for P1, which is offered for comparison.
-const P1_ERROR: f64 = 0.2;
+fn elements(settings: &Settings) -> Elements {
+    match (settings.element, settings.quick) {
+        (Order::P1, _) => FIRST_ORDER,
+        (Order::P2, true) => QUICK,
+        (Order::P2, false) => EXTRAPOLATED,
+    }
+}
+
+/// As [`elements_sd`], before any correction.
+pub(super) fn first_elements_sd(settings: &Settings) -> f64 {
+    elements(&Settings { quick: true, ..*settings }).site
+}
+
+/// Relative standard deviation of what the elements get wrong at one site against the others.
+pub(super) fn elements_sd(settings: &Settings) -> f64 {
+    elements(settings).site
+}
 
 /// A softness closer to zero than this many deviations cannot be told from glue (95 %, one-sided).
 const ONE_SIDED_95: f64 = 1.645;
@@ -56,21 +77,15 @@ pub(super) fn outcome(
     found: &Found<'_>,
 ) -> Result<Fit, InverseError> {
     let at = found.at;
-    let (prediction, residual, blocks, groups) = match found.limit {
-        Some((limit, _)) => (&limit.prediction, &limit.residual, &limit.blocks, &limit.groups),
-        None => (&at.prediction, &at.residual, &at.mounted.blocks, &at.mounted.groups),
-    };
+    let (prediction, residual) = (&at.prediction, &at.residual);
     let modulus = at.state.modulus;
     let freedom = residual.len().saturating_sub(at.parameters.len());
     if freedom == 0 {
         return Err(InverseError::Undetermined { why: "it holds fewer readings than there are parameters" });
     }
     let excess = (residual.norm_squared() / freedom as f64).max(1.0);
-    let noise = at
-        .covariance()
-        .ok_or(InverseError::Undetermined { why: "a direction of the parameters changes no reading" })?
-        * excess;
-    let discretisation = discretisation_covariance(settings, found);
+    let noise = at.covariance().ok_or(FLAT)? * excess;
+    let discretisation = discretisation_covariance(settings, found)?;
     let modulus_error = discretisation[(0, 0)].sqrt();
     let covariance = noise + discretisation;
     let modulus_sd = modulus * covariance[(0, 0)].sqrt();
@@ -128,10 +143,9 @@ pub(super) fn outcome(
     gradients.insert(0, modulus_gradient);
     let correlation = correlation(&gradients, &covariance);
 
-    // The radius of a glued spot is fitted too.
-    let parameters = at.parameters.len() + at.state.patches.iter().filter(|p| p.glued).count();
-    let Left { residual: left, per_poke } = leftovers(recording, found.evidence, prediction, parameters);
-    let forward = Forward::new(blocks, groups, modulus, found.evidence.driven)
+    let Left { residual: left, per_poke } =
+        leftovers(recording, found.evidence, prediction, at.parameters.len());
+    let forward = Forward::new(&at.mounted.blocks, &at.mounted.groups, modulus, found.evidence.driven)
         .ok_or(InverseError::Undetermined { why: "the compliance is not positive definite" })?;
     let pokes =
         poke_views(recording, found.evidence, found.problem, &at.mounted, &forward, prediction, &per_poke);
@@ -143,8 +157,10 @@ pub(super) fn outcome(
         given_nodes: recording.mesh.nodes.len(),
         given_tets: recording.mesh.tets.len(),
         degrees_of_freedom: found
-            .limit
-            .map_or(found.problem.bench.model.unknowns(), |(_, unknowns)| *unknowns),
+            .finer
+            .map_or(&found.problem.bench, |finer| &finer.fine.bench)
+            .model
+            .unknowns(),
         modulus_error,
     };
     let mut fit = Fit {
@@ -193,39 +209,28 @@ fn centroid_sd(at: &Linearised, covariance: &DMatrix<f64>, patch: usize) -> Vec3
     })
 }
 
-/// Covariance of the parameters from what discretisation leaves: the step from the finest discretisation to the
-/// extrapolated limit, taken in part as an error of all parameters together, and an error of the force and of
-/// the markers at each site from elsewhere, carried through the fit: where restraint shows only as a small difference between sites
-/// it weighs far more than on the modulus.
-fn discretisation_covariance(settings: &Settings, found: &Found<'_>) -> DMatrix<f64> {
-    let n = found.at.parameters.len();
+/// Covariance of the parameters from what discretisation leaves besides what the whitening carries: the error common to
+/// all sites, which is one of the modulus, and part of the step from the finest discretisation to the extrapolated
+/// limit, as an error of all parameters together.
+fn discretisation_covariance(settings: &Settings, found: &Found<'_>) -> Result<DMatrix<f64>, InverseError> {
+    let (at, problem) = (found.at, found.problem);
+    let n = at.parameters.len();
     let mut covariance = DMatrix::zeros(n, n);
-    let elsewhere = match (settings.element, found.limit) {
-        (Order::P1, _) => P1_ERROR,
-        (Order::P2, None) => QUICK_ERROR,
-        (Order::P2, Some((limit, _))) => {
-            let left = &limit.shift * LEFT_OF_EXTRAPOLATION;
-            covariance += &left * left.transpose();
-            LEFT_ELSEWHERE
-        }
-    };
-    covariance[(0, 0)] += elsewhere * elsewhere;
-    let prediction = found.limit.map_or(&found.at.prediction, |(limit, _)| &limit.prediction);
-    let whitening = Whitening::new(found.evidence, prediction);
-    let jacobian = &found.at.jacobian;
-    if let Some(normal) = (jacobian.transpose() * jacobian).cholesky() {
-        for (site, force) in (0..prediction.sites.len()).flat_map(|site| [(site, true), (site, false)]) {
-            let mut error = prediction.clone();
-            for (s, map) in error.sites.iter_mut().enumerate() {
-                map.force *= if s == site && force { elsewhere } else { 0.0 };
-                map.markers *= if s == site && !force { elsewhere } else { 0.0 };
-            }
-            let moved = normal.solve(&(jacobian.transpose() * whitening.sensitivity(&error)));
-            covariance += &moved * moved.transpose();
-        }
+    covariance[(0, 0)] += elements(settings).common.powi(2);
+    if let Some(correction) = &problem.correction {
+        let patches = &at.state.patches;
+        let mut finest = Mounted::new(&problem.bench, &problem.search, patches)?;
+        correction.finest.add_to(&mut finest.blocks, patches, &finest.groups);
+        let step = problem.residual(&finest, at.state.modulus)? - &at.residual;
+        let normal = (at.jacobian.transpose() * &at.jacobian).cholesky().ok_or(FLAT)?;
+        let left = normal.solve(&(at.jacobian.transpose() * step)) * LEFT_OF_EXTRAPOLATION;
+        covariance += &left * left.transpose();
     }
-    covariance
+    Ok(covariance)
 }
+
+const FLAT: InverseError =
+    InverseError::Undetermined { why: "a direction of the parameters changes no reading" };
 
 /// The Cramér–Rao bound with the support known: places held, modulus and softness free, noise as stated.
 struct Bound {
@@ -235,13 +240,11 @@ struct Bound {
 }
 
 fn bound(at: &Linearised) -> Result<Bound, InverseError> {
-    let columns: Vec<usize> =
-        (0..at.parameters.len()).filter(|&i| !matches!(at.parameters[i], Parameter::Shift(..))).collect();
+    let columns: Vec<usize> = (0..at.parameters.len())
+        .filter(|&i| !matches!(at.parameters[i], Parameter::Shift(..) | Parameter::LogRadius(_)))
+        .collect();
     let jacobian = at.jacobian.select_columns(&columns);
-    let covariance = (jacobian.transpose() * &jacobian)
-        .cholesky()
-        .ok_or(InverseError::Undetermined { why: "a direction of the parameters changes no reading" })?
-        .inverse();
+    let covariance = (jacobian.transpose() * &jacobian).cholesky().ok_or(FLAT)?.inverse();
     Ok(Bound { covariance, columns })
 }
 

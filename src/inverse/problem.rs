@@ -4,9 +4,10 @@ use super::blocks::{Bench, Blocks};
 use super::error::InverseError;
 use super::evidence::Evidence;
 use super::forward::{Change, Forward, Prediction};
+use super::limit::Correction;
 use super::residual::Whitening;
 use super::restraint::{Mounted, Restraint};
-use crate::fem::{Response, Spot};
+use crate::fem::Response;
 use crate::geometry::{Vec3, basis_from_axis};
 use nalgebra::{DMatrix, DVector};
 
@@ -28,6 +29,8 @@ pub enum Parameter {
     Shift(usize, Vec3),
     /// Logarithm of a patch's softness `E/k`.
     LogSoftness(usize),
+    /// Logarithm of a glued spot's radius.
+    LogRadius(usize),
 }
 
 /// The problem: evidence, and a model to explain it with.
@@ -38,8 +41,13 @@ pub struct Problem<'a> {
     pub bench: Bench,
     /// Faces of the search surface.
     pub search: Vec<usize>,
-    /// Responses to a force on each marker; only where the fit searches for places.
+    /// Responses to a force on each marker, by which their compliance with any place on the surface is known;
+    /// without them patches keep their places.
     pub adjoint: Vec<Response>,
+    /// What finer elements add to the model's compliance.
+    pub correction: Option<Correction>,
+    /// How readings are weighed; kept while states are compared, renewed between.
+    pub whitening: Whitening<'a>,
 }
 
 /// A state with residual and Jacobian.
@@ -59,6 +67,11 @@ pub struct Linearised {
 }
 
 impl Linearised {
+    /// Column of a parameter, if the state has it.
+    pub fn column(&self, parameter: Parameter) -> Option<usize> {
+        self.parameters.iter().position(|p| *p == parameter)
+    }
+
     /// Sum of squares.
     pub fn chi2(&self) -> f64 {
         self.residual.norm_squared()
@@ -70,27 +83,48 @@ impl Linearised {
     }
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    /// The problem on one discretisation, in which patches may move.
+    pub fn new(
+        evidence: &'a Evidence,
+        bench: Bench,
+        search: Vec<usize>,
+        elements_sd: f64,
+    ) -> Result<Self, InverseError> {
+        let adjoint = bench.model.respond(&bench.markers.iter().collect::<Vec<_>>())?;
+        let whitening = Whitening::new(evidence, elements_sd);
+        Ok(Self { evidence, bench, search, adjoint, correction: None, whitening })
+    }
+
+    /// Puts restraint on the model.
+    pub fn mount(&self, patches: &[Restraint]) -> Result<Mounted, InverseError> {
+        let mut mounted = Mounted::new(&self.bench, &self.search, patches)?;
+        if let Some(correction) = &self.correction {
+            correction.limit.add_to(&mut mounted.blocks, patches, &mounted.groups);
+        }
+        Ok(mounted)
+    }
+
     fn forward<'b>(&self, mounted: &'b Mounted, modulus: f64) -> Result<Forward<'b>, InverseError> {
         Forward::new(&mounted.blocks, &mounted.groups, modulus, self.evidence.driven).ok_or(NOT_POSITIVE)
     }
 
-    /// Residual and prediction for restraint that is already on the model.
-    pub fn residual(
-        &self,
-        mounted: &Mounted,
-        modulus: f64,
-    ) -> Result<(DVector<f64>, Prediction), InverseError> {
+    /// Whitened residual for restraint that is already on the model.
+    pub fn residual(&self, mounted: &Mounted, modulus: f64) -> Result<DVector<f64>, InverseError> {
         let prediction = self.forward(mounted, modulus)?.predict().ok_or(NOT_POSITIVE)?;
-        Ok((Whitening::new(self.evidence, &prediction).residual(&prediction), prediction))
+        Ok(self.whitening.residual(&prediction))
+    }
+
+    /// What the readings would be.
+    pub fn predict(&self, mounted: &Mounted, modulus: f64) -> Result<Prediction, InverseError> {
+        self.forward(mounted, modulus)?.predict().ok_or(NOT_POSITIVE)
     }
 
     /// Sensitivity to the modulus' logarithm, whitened.
     pub fn modulus_sensitivity(&self, mounted: &Mounted, modulus: f64) -> Result<DVector<f64>, InverseError> {
-        let forward = self.forward(mounted, modulus)?;
-        let prediction = forward.predict().ok_or(NOT_POSITIVE)?;
-        let derivative = forward.derivative(&Change::LogModulus).ok_or(NOT_POSITIVE)?;
-        Ok(Whitening::new(self.evidence, &prediction).sensitivity(&derivative))
+        let derivative =
+            self.forward(mounted, modulus)?.derivative(&Change::LogModulus).ok_or(NOT_POSITIVE)?;
+        Ok(self.whitening.sensitivity(&derivative))
     }
 
     /// Sensitivity to the softness of a patch (1/m), whitened; also where the patch is glued.
@@ -99,30 +133,35 @@ impl Problem<'_> {
             .forward(&at.mounted, at.state.modulus)?
             .derivative(&Change::Softness(patch))
             .ok_or(NOT_POSITIVE)?;
-        Ok(Whitening::new(self.evidence, &at.prediction).sensitivity(&derivative))
+        Ok(self.whitening.sensitivity(&derivative))
     }
 
     /// Residual and Jacobian. Patches move only when the problem has adjoint responses.
     pub fn linearise(&self, state: &State) -> Result<Linearised, InverseError> {
-        let mounted = Mounted::new(&self.bench, &self.search, &state.patches)?;
+        let mounted = self.mount(&state.patches)?;
         let (prediction, jacobian, parameters) = {
             let forward = self.forward(&mounted, state.modulus)?;
             let prediction = forward.predict().ok_or(NOT_POSITIVE)?;
-            let whitening = Whitening::new(self.evidence, &prediction);
             let mut parameters = vec![Parameter::LogModulus];
             let mut changes: Vec<Blocks> = Vec::new();
             let mut columns = Vec::new();
             for (p, (patch, group)) in state.patches.iter().zip(&mounted.groups).enumerate() {
-                if !self.adjoint.is_empty() {
-                    for tangent in tangents(&mounted.discs[group.discs.start]) {
-                        changes.push(self.bench.shifted(
-                            &mounted.discs,
-                            &mounted.responses,
-                            &self.adjoint,
-                            &group.discs,
-                            &tangent,
-                        ));
+                let change = |moved: &[(usize, Vec3)], grown| {
+                    self.bench.changed(&mounted.discs, &mounted.responses, &self.adjoint, moved, grown)
+                };
+                if let Some((disc, _)) =
+                    mounted.discs[group.discs.start].as_disc().filter(|_| !self.adjoint.is_empty())
+                {
+                    let basis = basis_from_axis(&disc.normal);
+                    for tangent in [0, 1].map(|axis| basis.column(axis).into_owned()) {
+                        let together: Vec<_> = group.discs.clone().map(|disc| (disc, tangent)).collect();
+                        changes.push(change(&together, false));
                         parameters.push(Parameter::Shift(p, tangent));
+                    }
+                    if patch.glued {
+                        let apart: Vec<_> = group.discs.clone().zip(patch.growth(&disc.normal)).collect();
+                        changes.push(change(&apart, true));
+                        parameters.push(Parameter::LogRadius(p));
                     }
                 }
                 if patch.softness > 0.0 {
@@ -134,7 +173,7 @@ impl Problem<'_> {
                 let change = match parameter {
                     Parameter::LogModulus => Change::LogModulus,
                     Parameter::LogSoftness(p) => Change::Softness(*p),
-                    Parameter::Shift(..) => match moved.next() {
+                    Parameter::Shift(..) | Parameter::LogRadius(_) => match moved.next() {
                         Some(blocks) => Change::Blocks(blocks),
                         None => continue,
                     },
@@ -144,46 +183,53 @@ impl Problem<'_> {
                     Parameter::LogSoftness(p) => mounted.groups[*p].softness,
                     _ => 1.0,
                 };
-                columns.push(whitening.sensitivity(&derivative) * scale);
+                columns.push(self.whitening.sensitivity(&derivative) * scale);
             }
             (prediction, DMatrix::from_columns(&columns), parameters)
         };
-        let residual = Whitening::new(self.evidence, &prediction).residual(&prediction);
+        let residual = self.whitening.residual(&prediction);
         Ok(Linearised { state: state.clone(), mounted, prediction, residual, jacobian, parameters })
     }
 
     /// The state moved by a step in the parameters; patches stay on the search surface.
-    pub fn moved(&self, at: &Linearised, step: &DVector<f64>) -> State {
+    pub fn moved(&self, at: &Linearised, step: &DVector<f64>) -> Moved {
         let mut state = at.state.clone();
         for (parameter, &value) in at.parameters.iter().zip(step.iter()) {
             match parameter {
                 Parameter::LogModulus => state.modulus *= value.exp(),
                 Parameter::Shift(p, tangent) => state.patches[*p].centre += tangent * value,
                 Parameter::LogSoftness(p) => state.patches[*p].softness *= value.exp(),
+                Parameter::LogRadius(p) => state.patches[*p].radius_m *= value.exp(),
             }
         }
         let space = self.bench.model.space();
-        for patch in &mut state.patches {
+        let mut inside = true;
+        for (patch, before) in state.patches.iter_mut().zip(&at.state.patches) {
             let nearest = self
                 .search
                 .iter()
                 .map(|&f| space.face_triangle(f).nearest(&patch.centre).position)
                 .min_by(|a, b| (a - patch.centre).norm().total_cmp(&(b - patch.centre).norm()));
             if let Some(nearest) = nearest {
+                let asked = (patch.centre - before.centre).norm();
+                inside &= (nearest - patch.centre).norm() <= OFF_SURFACE * asked;
                 patch.centre = nearest;
             }
         }
-        state
+        Moved { state, inside }
     }
 }
 
-/// Two unit vectors in a disc's plane.
-fn tangents(disc: &Spot) -> Vec<Vec3> {
-    disc.as_disc().map_or_else(Vec::new, |(disc, _)| {
-        let basis = basis_from_axis(&disc.normal);
-        vec![basis.column(0).into_owned(), basis.column(1).into_owned()]
-    })
+/// A state moved by a step.
+pub struct Moved {
+    /// The state.
+    pub state: State,
+    /// Whether every patch could go where the step wanted it.
+    pub inside: bool,
 }
+
+/// A patch was held back when it had to be brought back by more than this share of its step.
+const OFF_SURFACE: f64 = 0.1;
 
 const NOT_POSITIVE: InverseError = InverseError::Undetermined {
     why: "the compliance between tips and restraint is not positive definite; the mesh or its held surface is unsound",

@@ -2,18 +2,23 @@
 
 use super::error::InverseError;
 use super::problem::{Linearised, Parameter, Problem, State};
-use crate::fem::disc_self_compliance;
+use crate::fem::{FemError, disc_self_compliance};
 use nalgebra::DVector;
 
 /// Largest step of a patch (m), and of a logarithm, in one iteration.
 const LONGEST_SHIFT_M: f64 = 6e-3;
 const LONGEST_LOG: f64 = 1.5;
+const LONGEST_LOG_RADIUS: f64 = 0.4;
 
 /// A step that promises less than this, in units of what is left per reading, is not worth taking: it moves nothing by
 /// more than a tenth of its standard deviation.
 pub(super) const GOOD_ENOUGH: f64 = 1e-2;
 
 const ITERATIONS: usize = 60;
+
+/// A descent that comes to rest while more than this is still promised, in units of what is left per reading, has not
+/// converged: that is a whole standard deviation.
+const STILL_PROMISED: f64 = 1.0;
 
 /// Softness (`E/k` over the phantom's local compliance under the patch) beyond which a patch is as good as absent, and below which it
 /// is as good as glue: the search stays inside.
@@ -49,7 +54,12 @@ impl Damping {
             .iter()
             .zip(step.iter())
             .map(|(p, s)| {
-                s.abs() / if matches!(p, Parameter::Shift(..)) { LONGEST_SHIFT_M } else { LONGEST_LOG }
+                let longest = match p {
+                    Parameter::Shift(..) => LONGEST_SHIFT_M,
+                    Parameter::LogRadius(_) => LONGEST_LOG_RADIUS,
+                    Parameter::LogModulus | Parameter::LogSoftness(_) => LONGEST_LOG,
+                };
+                s.abs() / longest
             })
             .fold(1.0, f64::max);
         step /= longest;
@@ -75,16 +85,21 @@ impl Damping {
 pub(super) struct Descent {
     /// Where.
     pub(super) at: Linearised,
-    /// Gain of the last step, when the descent ran out of steps before it converged.
+    /// Steps taken.
+    pub(super) steps: usize,
+    /// What a further step would still promise, when the descent did not converge.
     pub(super) unfinished: Option<f64>,
 }
 
 /// Goes down from `start` until the promised gain is below `enough` in units of what is left per reading, or no step
-/// however short lowers the misfit any more (a minimum up to rounding, or a bound), or steps run out.
+/// however short lowers the misfit any more, or steps run out. A step to where the model has no answer (a spot off the
+/// body, a compliance that is not positive definite) is refused like one that raises the misfit.
 pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Result<Descent, InverseError> {
     let mut at = problem.linearise(start)?;
     let mut damping = Damping::default();
-    let mut last_gain = f64::INFINITY;
+    let mut steps = 0;
+    // What the first step promised that was refused since one was taken.
+    let mut refused: Option<f64> = None;
     for _ in 0..ITERATIONS {
         let enough = enough * unit(&at);
         let Some((step, promised)) = damping.step(&at, &at.residual) else {
@@ -92,31 +107,46 @@ pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Resu
             continue;
         };
         if promised < enough {
-            return Ok(Descent { at, unfinished: None });
+            break;
         }
-        let tried = problem.linearise(&bounded(problem.moved(&at, &step), problem))?;
-        let gain = at.chi2() - tried.chi2();
-        if gain > 0.0 {
-            last_gain = gain;
-            damping.accepted(gain / promised);
-            at = tried;
-            if gain < enough {
-                return Ok(Descent { at, unfinished: None });
+        let moved = problem.moved(&at, &step);
+        let inside = moved.inside;
+        let tried = match problem.linearise(&bounded(moved.state, problem)) {
+            Ok(tried) => Some(tried),
+            Err(InverseError::Undetermined { .. } | InverseError::Fem(FemError::DiscOffSurface { .. })) => {
+                None
             }
-        } else if damping.refused() {
-            return Ok(Descent { at, unfinished: None });
+            Err(other) => return Err(other),
+        };
+        match tried.map(|tried| (at.chi2() - tried.chi2(), tried)) {
+            Some((gain, tried)) if gain > 0.0 => {
+                damping.accepted(gain / promised);
+                (at, refused) = (tried, None);
+                steps += 1;
+                if gain < enough {
+                    return Ok(Descent { at, steps, unfinished: None });
+                }
+            }
+            _ => {
+                // On the rim of the search surface a minimum may promise more beyond it.
+                refused = refused.or(inside.then_some(promised));
+                if damping.refused() {
+                    break;
+                }
+            }
         }
     }
-    Ok(Descent { at, unfinished: Some(last_gain) })
+    let unfinished = refused.filter(|promised| *promised > STILL_PROMISED * unit(&at));
+    Ok(Descent { at, steps, unfinished })
 }
 
-/// Minimises the whitened sum of squares from `start`. Running out of steps is an error, not a result.
+/// Minimises the whitened sum of squares from `start`. Ending where much is still promised is an error, not a result.
 pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, InverseError> {
-    let Descent { at, unfinished } = descend(problem, start, GOOD_ENOUGH)?;
+    let Descent { at, unfinished, .. } = descend(problem, start, GOOD_ENOUGH)?;
     match unfinished {
         None => Ok(at),
-        Some(last_gain) => {
-            Err(InverseError::NotConverged { iterations: ITERATIONS, last_gain, misfit: at.chi2() })
+        Some(promised) => {
+            Err(InverseError::NotConverged { iterations: ITERATIONS, promised, misfit: at.chi2() })
         }
     }
 }
@@ -127,6 +157,9 @@ pub(super) fn unit(at: &Linearised) -> f64 {
     (at.chi2() / freedom as f64).max(1.0)
 }
 
+/// Smallest radius of a glued spot (m): smaller ones look the same to every marker and hold next to nothing.
+const SMALLEST_SPOT_M: f64 = 1e-3;
+
 /// Keeps every softness between glue and absence; one as small as glue's becomes glue.
 pub(super) fn bounded(mut state: State, problem: &Problem<'_>) -> State {
     for patch in state.patches.iter_mut().filter(|patch| patch.softness > 0.0) {
@@ -135,6 +168,9 @@ pub(super) fn bounded(mut state: State, problem: &Problem<'_>) -> State {
         if patch.softness < STIFFEST * local {
             patch.softness = 0.0;
         }
+    }
+    for patch in state.patches.iter_mut().filter(|patch| patch.glued) {
+        patch.radius_m = patch.radius_m.max(SMALLEST_SPOT_M);
     }
     state
 }

@@ -19,10 +19,14 @@ pub struct Restraint {
     pub glued: bool,
 }
 
-/// Discs of a glued spot: one in the middle, six around it, touching, in units of the spot's radius. Uniform
-/// tractions on seven discs that hold their own mean displacement follow a rigid spot's tilt and the crowding of
-/// its traction toward the rim.
-const SEVEN: f64 = 1.0 / 3.0;
+/// Discs of a glued spot: one in the middle, six around it. Radius of a disc, and distance of the outer ones from the
+/// centre, in units of the spot's radius: such that uniform tractions on discs that hold their own mean displacement are
+/// as stiff as a rigid disc of the spot's radius against being pushed and tilted (see the test).
+const DISC: f64 = 0.36;
+const ARM: f64 = 0.8;
+
+/// A face belongs to the side of the body on which a spot sits when its normal has this component along the spot's.
+const FACING: f64 = 0.7;
 
 /// Restraint patches put on a model: discs, their responses, and the groups that share a stiffness.
 pub struct Mounted {
@@ -43,20 +47,38 @@ impl Restraint {
         if !self.glued {
             return Ok(vec![Spot::disc(space, search, &self.centre, self.radius_m)?]);
         }
-        let middle = Spot::disc(space, search, &self.centre, self.radius_m * SEVEN)?;
-        let basis = match middle.as_disc() {
-            Some((disc, _)) => basis_from_axis(&disc.normal),
-            None => basis_from_axis(&Vec3::z()),
-        };
+        let middle = Spot::disc(space, search, &self.centre, self.radius_m * DISC)?;
+        let Some((disc, _)) = middle.as_disc() else { return Ok(vec![middle]) };
+        // A spot that reaches over an edge does not bend round it.
+        let facing: Vec<usize> = (0..space.faces().len())
+            .filter(|&face| space.face_triangle(face).normal().dot(&disc.normal) > FACING)
+            .collect();
         let mut discs = vec![middle];
-        for i in 0..6 {
-            let (sin, cos) = (std::f64::consts::FRAC_PI_3 * f64::from(i)).sin_cos();
-            let arm = 2.0 * SEVEN * self.radius_m;
-            let centre = self.centre + basis * Vec3::new(arm * cos, arm * sin, 0.0);
-            let all: Vec<usize> = (0..space.faces().len()).collect();
-            discs.push(Spot::disc(space, &all, &centre, self.radius_m * SEVEN)?);
+        for arm in self.arms(&disc.normal) {
+            discs.push(Spot::disc(space, &facing, &(self.centre + arm), self.radius_m * DISC)?);
         }
         Ok(discs)
+    }
+}
+
+impl Restraint {
+    /// From a glued spot's centre to the centres of its outer discs (m); `normal` is that of the surface.
+    fn arms(&self, normal: &Vec3) -> [Vec3; 6] {
+        let basis = basis_from_axis(normal);
+        let length = ARM * self.radius_m;
+        std::array::from_fn(|i| {
+            let (sin, cos) = (std::f64::consts::FRAC_PI_3 * i as f64).sin_cos();
+            basis * Vec3::new(length * cos, length * sin, 0.0)
+        })
+    }
+
+    /// How its discs, the first of them on a surface with this normal, move as its radius grows, by the logarithm (m).
+    pub fn growth(&self, normal: &Vec3) -> Vec<Vec3> {
+        if self.glued {
+            std::iter::once(Vec3::zeros()).chain(self.arms(normal)).collect()
+        } else {
+            Vec::new()
+        }
     }
 }
 
@@ -75,5 +97,62 @@ impl Mounted {
         let responses = bench.model.respond(&discs.iter().collect::<Vec<_>>())?;
         let blocks = bench.blocks(&discs, &responses);
         Ok(Self { discs, responses, groups, blocks })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::{LoadedDisc, Profile};
+    use nalgebra::{DMatrix, DVector, Matrix3};
+
+    /// Stiffness of the seven discs on a half-space of unit modulus, each held still in the mean, over that of a rigid
+    /// disc of the spot's radius: pushed along the normal, pushed sideways, tilted.
+    fn over_rigid_disc(nu: f64) -> [f64; 3] {
+        let spot = Restraint { centre: Vec3::zeros(), radius_m: 1.0, softness: 0.0, glued: true };
+        let centres: Vec<Vec3> = std::iter::once(Vec3::zeros()).chain(spot.arms(&Vec3::z())).collect();
+        let disc = LoadedDisc::new(DISC, Profile::Uniform, nu);
+        let mut compliance = DMatrix::<f64>::zeros(21, 21);
+        for (i, seen) in centres.iter().enumerate() {
+            for (j, loaded) in centres.iter().enumerate() {
+                let mut mean = Matrix3::zeros();
+                if i == j {
+                    let [t, n] = disc.self_compliance(Profile::Uniform);
+                    mean = Matrix3::from_diagonal(&Vec3::new(t, t, n));
+                } else {
+                    for k in 0..12 * 24 {
+                        let r = DISC * ((f64::from(k / 24) + 0.5) / 12.0).sqrt();
+                        let (sin, cos) = (std::f64::consts::TAU * (f64::from(k % 24) + 0.5) / 24.0).sin_cos();
+                        mean +=
+                            disc.displacement(&(seen - loaded + Vec3::new(r * cos, r * sin, 0.0))) / 288.0;
+                    }
+                }
+                compliance.fixed_view_mut::<3, 3>(3 * i, 3 * j).copy_from(&mean);
+            }
+        }
+        let inverse = compliance.cholesky().expect("positive definite").inverse();
+        let stiffness = |motion: &dyn Fn(usize, usize) -> f64| {
+            let u = DVector::from_fn(21, |k, _| motion(k / 3, k % 3));
+            u.dot(&(&inverse * &u))
+        };
+        let shear = 0.5 / (1.0 + nu);
+        [
+            stiffness(&|_, axis| f64::from(u8::from(axis == 2))) / (4.0 * shear / (1.0 - nu)),
+            stiffness(&|_, axis| f64::from(u8::from(axis == 0))) / (8.0 * shear / (2.0 - nu)),
+            stiffness(&|d, axis| if axis == 2 { centres[d].x } else { 0.0 }) * 3.0 * (1.0 - nu)
+                / (8.0 * shear),
+        ]
+    }
+
+    /// Johnson 1985, equations 3.36 and 3.91b, and section 3.3 for a moment: exact without friction, and close to a bonded disc
+    /// near ν = ½.
+    #[test]
+    fn a_glued_spot_holds_like_a_rigid_disc() {
+        for nu in [0.45, 0.47, 0.4999] {
+            let [normal, sideways, tilt] = over_rigid_disc(nu);
+            assert!((normal - 1.0).abs() < 0.02, "{normal}");
+            assert!((sideways - 1.0).abs() < 0.02, "{sideways}");
+            assert!((tilt - 1.0).abs() < 0.05, "{tilt}");
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! What a fit found, complete enough to be written to `fit.json` and shown on a page.
 
+use super::published::Variant;
 use crate::geometry::Vec3;
 
 /// A value with one standard deviation.
@@ -16,8 +17,8 @@ pub struct Estimate {
 pub enum FitMethod {
     /// Joint modulus and sparse restraint from all pokes, weighted by the noise.
     Default,
-    /// The two-step method of Xu, Lei and others (2021).
-    Published,
+    /// The two-step method of Xu, Lei and others (2021), in one of its forms.
+    Published(Variant),
 }
 
 /// What a restraint patch is.

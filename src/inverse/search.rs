@@ -8,18 +8,22 @@
 
 use super::error::InverseError;
 use super::forward::{Change, Forward, NewDisc};
-use super::problem::{Linearised, Problem, State};
+use super::problem::{Linearised, Parameter, Problem, State};
 use super::refit::{Descent, descend, refit, unit};
-use super::residual::Whitening;
 use super::restraint::{Mounted, Restraint};
-use crate::fem::{Response, Spot, disc_self_compliance};
+use crate::fem::{Spot, disc_self_compliance};
 use crate::geometry::Vec3;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// A patch must lower the sum of squares by this much, in units of what is left per reading: it has three
 /// parameters and was picked from the whole surface (a chance of about 1e-4 after some 100 independent places).
-const WORTHWHILE: f64 = 30.0;
+const SIGNIFICANT: f64 = 30.0;
+
+/// It must also explain this share of what all restraint explains. Where restraint is plain to see in thousands of
+/// readings, a model of it that is off by two per cent (a spot that is not round, glue that ends a little
+/// elsewhere) leaves that much: more patches would only mend the model.
+const WORTHWHILE_SHARE: f64 = 4e-4;
 
 /// While patches come and go a descent may end when it promises less than this: far less than a patch must bring.
 const ROUGH: f64 = 1.0;
@@ -106,12 +110,12 @@ pub(super) fn best_candidate(
     at: &Linearised,
     candidates: &[Candidate],
 ) -> Result<Option<(usize, f64)>, InverseError> {
-    let Some(forward) =
-        Forward::new(&at.mounted.blocks, &at.mounted.groups, at.state.modulus, problem.evidence.driven)
+    // Candidates are not corrected: their part is judged among compliances that are not either.
+    let blocks = problem.bench.blocks(&at.mounted.discs, &at.mounted.responses);
+    let Some(forward) = Forward::new(&blocks, &at.mounted.groups, at.state.modulus, problem.evidence.driven)
     else {
         return Ok(None);
     };
-    let whitening = Whitening::new(problem.evidence, &at.prediction);
     let absorbed = at.jacobian.clone().qr().q();
     let left = &at.residual - &absorbed * (absorbed.transpose() * &at.residual);
     let gains: Vec<f64> = candidates
@@ -129,7 +133,7 @@ pub(super) fn best_candidate(
                 weight: candidate.weight.clone(),
             };
             let Some(derivative) = forward.derivative(&Change::NewDisc(&new)) else { return 0.0 };
-            let sensitivity = whitening.sensitivity(&derivative);
+            let sensitivity = problem.whitening.sensitivity(&derivative);
             let own = &sensitivity - &absorbed * (absorbed.transpose() * &sensitivity);
             let along = own.dot(&left);
             if along > 0.0 && own.norm_squared() > 1e-12 * sensitivity.norm_squared() {
@@ -149,34 +153,102 @@ pub(super) fn best_candidate(
 
 /// Finds modulus and patches from nothing.
 pub fn search(
-    problem: &Problem<'_>,
+    problem: &mut Problem<'_>,
     start_modulus: f64,
     patch_radius_m: f64,
     candidates: &[Candidate],
     mut tell: impl FnMut(&Linearised),
 ) -> Result<Linearised, InverseError> {
     let mut at = refit(problem, &State { modulus: start_modulus, patches: Vec::new() })?;
-    tell(&at);
+    problem.whitening = problem.whitening.near(&at.prediction);
     for _ in 0..ROUNDS {
-        // A patch has three parameters; what is left must still be judged.
-        let spare = at.residual.len().saturating_sub(at.parameters.len());
-        if at.state.patches.len() >= MOST_PATCHES || spare <= 3 {
-            break;
-        }
-        let Some((best, promised)) = best_candidate(problem, &at, candidates)? else { break };
-        if promised < WORTHWHILE * unit(&at) {
-            break;
-        }
-        let grown = with_patch(problem, &at, candidates[best].centre, patch_radius_m)?;
-        // Where it converges does not matter yet: the next patch may move this one.
-        let Descent { at: grown, .. } = descend(problem, &grown, ROUGH)?;
-        if at.chi2() - grown.chi2() < WORTHWHILE * unit(&grown) {
-            break;
-        }
-        at = settle_glue(problem, pruned(problem, grown)?)?;
         tell(&at);
+        let Some(grown) = grown(problem, &at, patch_radius_m, candidates)? else { break };
+        at = pruned(problem, settle_glue(problem, grown)?)?;
     }
     refit(problem, &at.state)
+}
+
+/// With one more patch, where one is worthwhile.
+fn grown(
+    problem: &Problem<'_>,
+    at: &Linearised,
+    patch_radius_m: f64,
+    candidates: &[Candidate],
+) -> Result<Option<Linearised>, InverseError> {
+    // A patch has three parameters; what is left must still be judged.
+    let spare = at.residual.len().saturating_sub(at.parameters.len());
+    if at.state.patches.len() >= MOST_PATCHES || spare <= 3 {
+        return Ok(None);
+    }
+    let Some((best, promised)) = best_candidate(problem, at, candidates)? else { return Ok(None) };
+    let enough = worthwhile(problem, at)?;
+    if promised < enough {
+        return Ok(None);
+    }
+    let grown = with_patch(problem, at, candidates[best].centre, patch_radius_m)?;
+    // Where it converges does not matter yet: the next patch may move this one.
+    let Descent { at: grown, .. } = descend(problem, &grown, ROUGH)?;
+    Ok((at.chi2() - grown.chi2() >= enough && apart(&grown.state.patches)).then_some(grown))
+}
+
+/// What a patch must lower the sum of squares by to be kept.
+fn worthwhile(problem: &Problem<'_>, at: &Linearised) -> Result<f64, InverseError> {
+    let (free, _) = with_modulus(problem, &problem.mount(&[])?, at.state.modulus)?;
+    Ok((SIGNIFICANT * unit(at)).max(WORTHWHILE_SHARE * (free - at.chi2())))
+}
+
+/// Whether every spring patch keeps clear of every glued spot. One that touches a spot is its outline, which need not be
+/// round.
+fn apart(patches: &[Restraint]) -> bool {
+    let touches = |glue: &Restraint, other: &Restraint| {
+        glue.glued && !other.glued && (glue.centre - other.centre).norm() < glue.radius_m + other.radius_m
+    };
+    !patches.iter().any(|glue| patches.iter().any(|other| touches(glue, other)))
+}
+
+/// Replaces stiff patches (with any that sit on the same spot) by glue, where glue explains the recording as well.
+fn settle_glue(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
+    let mut at = at;
+    let nu = problem.bench.model.poisson_ratio();
+    let mut tried: Vec<Vec3> = Vec::new();
+    loop {
+        let stiff = at.state.patches.iter().find(|patch| {
+            let [_, local] = disc_self_compliance(patch.radius_m, nu);
+            !patch.glued && patch.softness <= NEARLY_GLUE * local && !tried.contains(&patch.centre)
+        });
+        let Some(centre) = stiff.map(|patch| patch.centre) else { return Ok(at) };
+        tried.push(centre);
+        if let Some(glued) = glued_at(problem, &at.state, centre)?
+            && apart(&glued.state.patches)
+            && glued.chi2() - at.chi2() < ONE_LESS * spared(&at, &glued) * unit(&at)
+        {
+            at = glued;
+        }
+    }
+}
+
+/// The best glued spot about `centre`: its radius first among a few, then together with everything else. `None` when
+/// no radius fits on the body.
+fn glued_at(problem: &Problem<'_>, state: &State, centre: Vec3) -> Result<Option<Linearised>, InverseError> {
+    let mut best: Option<(f64, State)> = None;
+    for radius_m in GLUE_RADII_M {
+        let mut state = state.clone();
+        state.patches.retain(|other| (other.centre - centre).norm() > radius_m + other.radius_m);
+        state.patches.push(Restraint { centre, radius_m, softness: 0.0, glued: true });
+        // One that does not fit on the body, or not beside the others, is not among the choices.
+        let Ok(mounted) = problem.mount(&state.patches) else { continue };
+        let Ok((chi2, modulus)) = with_modulus(problem, &mounted, state.modulus) else { continue };
+        if best.as_ref().is_none_or(|(least, _)| chi2 < *least) {
+            best = Some((chi2, State { modulus, ..state }));
+        }
+    }
+    best.map(|(_, state)| Ok(descend(problem, &state, ROUGH)?.at)).transpose()
+}
+
+/// Times that a simpler state may cost [`ONE_LESS`]: once, and once for every parameter that it does without.
+fn spared(at: &Linearised, simpler: &Linearised) -> f64 {
+    1.0 + at.parameters.len().saturating_sub(simpler.parameters.len()) as f64
 }
 
 /// Adds a patch at `centre` with the softness that, of a wide range, explains most (the modulus adjusted).
@@ -188,9 +260,9 @@ fn with_patch(
 ) -> Result<State, InverseError> {
     let mut state = at.state.clone();
     let [_, local] = disc_self_compliance(radius_m, problem.bench.model.poisson_ratio());
+    let last = state.patches.len();
     state.patches.push(Restraint { centre, radius_m, softness: local, glued: false });
-    let mut mounted = Mounted::new(&problem.bench, &problem.search, &state.patches)?;
-    let last = mounted.groups.len() - 1;
+    let mut mounted = problem.mount(&state.patches)?;
     let mut best: Option<(f64, f64, f64)> = None;
     for step in -6..=10 {
         let softness = local * 10.0_f64.powf(0.25 * f64::from(step));
@@ -211,7 +283,7 @@ fn with_patch(
 fn with_modulus(problem: &Problem<'_>, mounted: &Mounted, start: f64) -> Result<(f64, f64), InverseError> {
     let mut modulus = start;
     for _ in 0..3 {
-        let (residual, _) = problem.residual(mounted, modulus)?;
+        let residual = problem.residual(mounted, modulus)?;
         let sensitivity: DVector<f64> = problem.modulus_sensitivity(mounted, modulus)?;
         if sensitivity.norm_squared() == 0.0 {
             return Err(InverseError::Undetermined {
@@ -220,24 +292,21 @@ fn with_modulus(problem: &Problem<'_>, mounted: &Mounted, start: f64) -> Result<
         }
         modulus *= (sensitivity.dot(&residual) / sensitivity.norm_squared()).clamp(-0.5, 0.5).exp();
     }
-    Ok((problem.residual(mounted, modulus)?.0.norm_squared(), modulus))
+    Ok((problem.residual(mounted, modulus)?.norm_squared(), modulus))
 }
 
 /// Takes out, one at a time, patches that the others can do without.
-fn pruned(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
+pub(super) fn pruned(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
     let mut at = at;
     loop {
+        let enough = worthwhile(problem, &at)?;
         let mut without: Option<Linearised> = None;
-        if at.state.patches.len() > 1 {
-            for p in 0..at.state.patches.len() {
-                let mut state = at.state.clone();
-                state.patches.remove(p);
-                let Descent { at: less, .. } = descend(problem, &state, ROUGH)?;
-                if less.chi2() - at.chi2() < WORTHWHILE * unit(&at)
-                    && without.as_ref().is_none_or(|w| less.chi2() < w.chi2())
-                {
-                    without = Some(less);
-                }
+        for p in (0..at.state.patches.len()).filter(|&p| !beyond_doubt(&at, p)) {
+            let mut state = at.state.clone();
+            state.patches.remove(p);
+            let Descent { at: less, .. } = descend(problem, &state, ROUGH)?;
+            if less.chi2() - at.chi2() < enough && without.as_ref().is_none_or(|w| less.chi2() < w.chi2()) {
+                without = Some(less);
             }
         }
         match without {
@@ -247,81 +316,21 @@ fn pruned(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseEr
     }
 }
 
-/// Radii (m) at which a spot that may be glued is tried first.
-const GLUE_RADII_M: [f64; 6] = [0.003, 0.005, 0.0075, 0.011, 0.016, 0.022];
+/// A size known to this share of itself is not that of something that is not there.
+const KNOWN_SIZE: f64 = 0.05;
 
-/// The radius is settled to this share of itself.
-const RADIUS_SHARE: f64 = 0.02;
+/// Whether a patch's stiffness, or a glued spot's radius, is known so well that taking it out need not be tried.
+fn beyond_doubt(at: &Linearised, patch: usize) -> bool {
+    let size = at.column(Parameter::LogRadius(patch)).or_else(|| at.column(Parameter::LogSoftness(patch)));
+    let Some((size, covariance)) = size.zip(at.covariance()) else { return false };
+    (covariance[(size, size)] * unit(at)).sqrt() < KNOWN_SIZE
+}
+
+/// Radii (m) at which a spot that may be glued is tried first.
+const GLUE_RADII_M: [f64; 4] = [0.003, 0.006, 0.011, 0.02];
 
 /// A patch softer than this share of the phantom's local compliance under it (the half-space's) is no glue.
 const NEARLY_GLUE: f64 = 0.4;
 
-/// Replaces stiff patches (with any that sit on the same spot) by glue, where glue explains the recording as well
-/// with fewer parameters. The spot's radius is estimated.
-fn settle_glue(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
-    let mut at = at;
-    for p in 0..MOST_PATCHES {
-        let Some(patch) = at.state.patches.get(p) else { break };
-        let local = disc_self_compliance(patch.radius_m, problem.bench.model.poisson_ratio());
-        if patch.glued || patch.softness > NEARLY_GLUE * local[1] {
-            continue;
-        }
-        let centre = patch.centre;
-        let best = glued_at(problem, &at.state, centre)?;
-        if let Some(glued) = best {
-            // The spot's radius was fitted too.
-            let spared = at.parameters.len() as f64 - glued.parameters.len() as f64 - 1.0;
-            if glued.chi2() - at.chi2() < (2.7 + 2.0 * spared.max(0.0)) * unit(&at) {
-                at = glued;
-            }
-        }
-    }
-    Ok(at)
-}
-
-/// The best glued spot about `centre`: its radius first among a few, then, in turn with everything else, by ever
-/// smaller steps. `None` when no radius fits on the body.
-fn glued_at(problem: &Problem<'_>, state: &State, centre: Vec3) -> Result<Option<Linearised>, InverseError> {
-    let with = |radius_m: f64| {
-        let mut state = state.clone();
-        state.patches.retain(|other| (other.centre - centre).norm() > radius_m + 0.5 * other.radius_m);
-        state.patches.push(Restraint { centre, radius_m, softness: 0.0, glued: true });
-        state
-    };
-    let misfit = |state: &State| -> Option<f64> {
-        let mounted = Mounted::new(&problem.bench, &problem.search, &state.patches).ok()?;
-        with_modulus(problem, &mounted, state.modulus).ok().map(|(chi2, _)| chi2)
-    };
-    let mut tried = Vec::new();
-    for radius_m in GLUE_RADII_M {
-        if let Some(chi2) = misfit(&with(radius_m)) {
-            tried.push((radius_m, chi2));
-        }
-    }
-    let Some(&(radius_m, _)) = tried.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Ok(None) };
-    let Descent { mut at, .. } = descend(problem, &with(radius_m), ROUGH)?;
-    let mut share = 0.2;
-    while share > RADIUS_SHARE {
-        let sized = |factor: f64| {
-            let mut state = at.state.clone();
-            if let Some(patch) = state.patches.last_mut() {
-                patch.radius_m *= factor;
-            }
-            state
-        };
-        let best = [1.0 - share, 1.0 + share]
-            .into_iter()
-            .filter_map(|factor| misfit(&sized(factor)).map(|chi2| (factor, chi2)))
-            .min_by(|a, b| a.1.total_cmp(&b.1));
-        match best {
-            Some((factor, chi2)) if chi2 < at.chi2() => at = descend(problem, &sized(factor), ROUGH)?.at,
-            _ => share *= 0.5,
-        }
-    }
-    Ok(Some(at))
-}
-
-/// Responses to a force on every marker, by which their compliance with any place on the surface is known.
-pub(super) fn adjoint(problem: &Problem<'_>) -> Result<Vec<Response>, InverseError> {
-    Ok(problem.bench.model.respond(&problem.bench.markers.iter().collect::<Vec<_>>())?)
-}
+/// What a size that is not asked for any more may cost (95 % of χ² with one degree of freedom).
+const ONE_LESS: f64 = 3.84;

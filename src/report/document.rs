@@ -14,9 +14,12 @@ use serde_json::{Map, Value};
 /// Half-width of the two-sided 90 % interval of a normal distribution, in standard deviations: Φ⁻¹(0.95).
 pub(super) const NORMAL_90: f64 = 1.644_853_626_951_472_2;
 
-/// The 90 % interval of a normally distributed estimate that cannot be negative.
+/// The 90 % interval of a normally distributed estimate that cannot be negative; not a number without a deviation.
 pub(super) fn interval90(estimate: &Estimate) -> [f64; 2] {
     let half = NORMAL_90 * estimate.sd;
+    if half.is_nan() {
+        return [f64::NAN; 2];
+    }
     [(estimate.value - half).max(0.0), estimate.value + half]
 }
 
@@ -221,7 +224,7 @@ impl PokeEntry {
 pub(super) fn method_name(method: FitMethod) -> &'static str {
     match method {
         FitMethod::Default => "default",
-        FitMethod::Published => "published",
+        FitMethod::Published(variant) => variant.name(),
     }
 }
 

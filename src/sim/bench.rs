@@ -4,11 +4,12 @@ use super::SimError;
 use super::draw::{Draw, PokePlan};
 use super::equilibrium::Loading;
 use super::large_strain::LargeStrain;
-use super::linear::condense;
+use super::linear::{Compliance, condense};
 use super::load_path::{Knot, LoadPath, State};
+use super::near_field::NearField;
 use super::neo_hookean::NeoHookean;
-use super::resolution::Resolution;
-use super::supports::Support;
+use super::resolution::{RemainderResolution, Resolution};
+use super::supports::{Shape, Support};
 use super::unknowns::Row;
 use rayon::prelude::*;
 
@@ -21,21 +22,11 @@ const STEP_SHARE: f64 = 0.15;
 pub(super) fn linear_paths(
     draw: &Draw,
     watched: &[[f64; 3]],
-    resolution: &Resolution,
+    resolution: &RemainderResolution,
 ) -> Result<Vec<LoadPath>, SimError> {
     let sites = distinct_tips(&draw.pokes);
-    let unknowns = resolution.mesh(draw, &sites)?;
-    let tips: Vec<Row> =
-        sites.iter().map(|s| Ok(s.patch(draw)?.mean(&unknowns))).collect::<Result<_, SimError>>()?;
-    let mut restraints: Vec<Support> = Vec::new();
-    for restraint in &draw.restraints {
-        restraints.extend(restraint.supports(&unknowns)?);
-    }
-    let points: Vec<Row> = watched.iter().map(|&p| unknowns.row_at(p)).collect();
-    let supports: Vec<&Row> = tips.iter().chain(restraints.iter().map(|s| &s.row)).collect();
-    let compliance = condense(&unknowns, draw.poisson_ratio, &supports, &points.iter().collect::<Vec<_>>())?;
-    let held: Vec<(usize, &Support)> = (tips.len()..).zip(&restraints).collect();
-    let responses = (0..tips.len())
+    let (compliance, held) = condensed(draw, &sites, watched, resolution)?;
+    let responses = (0..sites.len())
         .map(|tip| compliance.respond(draw.young_modulus_pa, tip, &held))
         .collect::<Result<Vec<_>, _>>()?;
     let paths = draw.pokes.iter().map(|poke| {
@@ -50,6 +41,28 @@ pub(super) fn linear_paths(
         LoadPath::new(vec![knot(0.0), knot(poke.depth_m)])
     });
     Ok(paths.collect())
+}
+
+/// The block condensed to `sites`, the restraints and the watched points, and the restraints' supports: index among the
+/// condensed ones, compliance (m/N).
+pub(super) fn condensed(
+    draw: &Draw,
+    sites: &[PokePlan],
+    watched: &[[f64; 3]],
+    resolution: &RemainderResolution,
+) -> Result<(Compliance, Vec<(usize, f64)>), SimError> {
+    let field = |patch, shape| NearField::new(patch, shape, &draw.slab, draw.poisson_ratio);
+    let mut fields: Vec<NearField> =
+        sites.iter().map(|s| Ok(field(s.patch(draw)?, Shape::Uniform))).collect::<Result<_, SimError>>()?;
+    let mut held = Vec::new();
+    for restraint in &draw.restraints {
+        fields.push(field(restraint.patch(&draw.slab)?, restraint.shape()));
+        for _ in 0..restraint.shape().functions() {
+            held.push((sites.len() + held.len(), restraint.compliance()));
+        }
+    }
+    let unknowns = resolution.mesh(draw.slab, &fields)?;
+    Ok((condense(&unknowns, draw.poisson_ratio, &fields, watched)?, held))
 }
 
 /// Force and displacements of the `watched` points (m, on the surface) for each poke, finite strain.
@@ -75,7 +88,9 @@ fn finite_path(
     resolution: &Resolution,
 ) -> Result<LoadPath, SimError> {
     let unknowns = resolution.mesh(draw, &[*tip])?;
-    let mut supports = vec![Support { row: tip.patch(draw)?.mean(&unknowns), compliance: 0.0 }];
+    let tip_rows = tip.patch(draw)?.rows(Shape::Uniform, &unknowns);
+    let mut supports: Vec<Support> =
+        tip_rows.into_iter().map(|row| Support { row, compliance: 0.0 }).collect();
     for restraint in &draw.restraints {
         supports.extend(restraint.supports(&unknowns)?);
     }
@@ -95,7 +110,7 @@ fn same_tip(a: &PokePlan, b: &PokePlan) -> bool {
 }
 
 /// One poke for every distinct tip.
-fn distinct_tips(pokes: &[PokePlan]) -> Vec<PokePlan> {
+pub(super) fn distinct_tips(pokes: &[PokePlan]) -> Vec<PokePlan> {
     let mut distinct: Vec<PokePlan> = Vec::new();
     for poke in pokes {
         if !distinct.iter().any(|d| same_tip(d, poke)) {

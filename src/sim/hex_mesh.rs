@@ -32,6 +32,8 @@ pub(super) struct Feature {
     pub(super) place: Place,
     /// Longest edge of the cells that touch it (m).
     pub(super) cell_m: f64,
+    /// How much longer they may be per distance from it.
+    pub(super) growth: f64,
 }
 
 /// Where the stress is steep.
@@ -39,6 +41,8 @@ pub(super) struct Feature {
 pub(super) enum Place {
     /// The rim of a disc on a side whose normal is along `axis`.
     Rim { centre: [f64; 3], axis: usize, radius: f64 },
+    /// A disc in a plane whose normal is along `axis`; it may lie outside the block.
+    Disc { centre: [f64; 3], axis: usize, radius: f64 },
     /// The end of the glue: x = `x`, z = 0, all y.
     GlueEnd { x: f64 },
 }
@@ -48,8 +52,6 @@ pub(super) enum Place {
 pub(super) struct Grading {
     /// Boxes of the first grid (m).
     pub(super) cell_m: f64,
-    /// How much longer boxes may be per distance from a feature.
-    pub(super) growth: f64,
     /// How often a box may be halved.
     pub(super) halvings: u32,
 }
@@ -60,6 +62,10 @@ impl Place {
         let gap = |axis: usize, at: f64| (low[axis] - at).max(at - high[axis]).max(0.0);
         match *self {
             Self::GlueEnd { x } => gap(0, x).hypot(gap(2, 0.0)),
+            Self::Disc { centre, axis, radius } => {
+                let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
+                (gap(p, centre[p]).hypot(gap(q, centre[q])) - radius).max(0.0).hypot(gap(axis, centre[axis]))
+            }
             Self::Rim { centre, axis, radius } => {
                 let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
                 let nearest = gap(p, centre[p]).hypot(gap(q, centre[q]));
@@ -132,7 +138,7 @@ impl HexMesh {
     fn split(&mut self, cell: Cell, features: &[Feature], grading: &Grading) {
         let (low, high) = self.corners(cell);
         let longest = (0..3).map(|a| high[a] - low[a]).fold(0.0, f64::max);
-        let too_long = |f: &Feature| longest > f.cell_m + grading.growth * f.place.distance(low, high);
+        let too_long = |f: &Feature| longest > f.cell_m + f.growth * f.place.distance(low, high);
         if cell.level < grading.halvings && features.iter().any(too_long) {
             for child in 0..8 {
                 let index = std::array::from_fn(|a| 2 * cell.index[a] + (child >> a & 1));

@@ -1,9 +1,13 @@
 //! A bench with physics of its own: what a session on a known phantom would have recorded.
 //!
 //! Nothing here is shared with the fit but the ground floor and the recording's types. The fit uses tetrahedra on
-//! the recording's mesh; the bench uses serendipity hexahedra on boxes of its own, graded towards the rims of tips
-//! and restraints and towards the end of the glue, and hands the fit a mesh that knows nothing of these places. So
-//! a fit of simulated data is never a fit of itself.
+//! the recording's mesh; the bench uses serendipity hexahedra on boxes of its own, graded towards the end of the glue
+//! and to where tips and restraints come close to it and to edges, and hands the fit a mesh that knows nothing of these
+//! places. So a fit of simulated data is never a fit of itself.
+//!
+//! Like the fit, the bench knows that a block looks like a half-space under a small disc, but by formulas and code of
+//! its own (`half_space`, `near_field`, `linear`), checked against closed forms and against elements that hold the
+//! whole field by themselves.
 //!
 //! The path: a [`Draw`] says everything about a session, concealed values included ([`draw`] makes one from a
 //! seed); [`record`] computes the response of the phantom to each poke, lets the instruments watch it and returns a
@@ -15,21 +19,27 @@
 //! Symbols: `E` Young's modulus (Pa), `K` stiffness, `C` compliance, `u` displacement (m), `ν` Poisson's ratio.
 
 mod bench;
+#[cfg(test)]
+mod brute_force;
 mod demo;
 mod draw;
 mod equilibrium;
 mod error;
 mod fit_mesh;
+mod half_space;
 mod hex_mesh;
 mod instruments;
 mod large_strain;
 mod legendre;
 mod linear;
 mod load_path;
+mod near_field;
 mod neo_hookean;
 mod quadratic;
 mod random;
 mod record;
+#[cfg(test)]
+mod refinement;
 mod resolution;
 mod seed;
 mod supports;
@@ -47,6 +57,6 @@ pub use error::SimError;
 pub use hex_mesh::Slab;
 pub use random::draw;
 pub use record::record;
-pub use resolution::Resolution;
+pub use resolution::{RemainderResolution, Resolution};
 pub use supports::Restraint;
 pub use truth::{TrueRestraint, Truth};

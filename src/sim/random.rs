@@ -73,8 +73,8 @@ fn sites(rng: &mut impl Rng, slab: &Slab) -> Vec<([f64; 3], [f64; 3])> {
         }
     }
     let (axis, high) = (rng.random_range(0..2), rng.random_bool(0.5));
-    // A thin slab leaves the tip just room on its side.
-    let clearance = 0.5 * size[2] - TIP_RADIUS_M;
+    // The thinnest slab leaves the tip just room on its side.
+    let clearance = 0.5 * size[2] - inset;
     let mut site = [inside(rng, 0), inside(rng, 1), 0.5 * size[2] + rng.random_range(-0.9..0.9) * clearance];
     site[axis] = if high { size[axis] } else { 0.0 };
     let mut direction = [0.0; 3];
@@ -137,7 +137,13 @@ mod tests {
                 d.pokes.iter().map(|p| p.site_m.map(f64::to_bits)).collect();
             assert!((3..=5).contains(&sites.len()), "seed {seed}: {} sites", sites.len());
             assert!(d.pokes.iter().any(|p| on_side(&p)));
-            assert!(d.pokes.iter().all(|p| p.patch(&d).is_ok()), "seed {seed}: {:?}", d.pokes);
+            for p in &d.pokes {
+                assert!(p.patch(&d).is_ok(), "seed {seed}: {p:?}");
+                for a in (0..3).filter(|&a| p.direction[a] == 0.0) {
+                    let gap = p.site_m[a].min(d.slab.size_m[a] - p.site_m[a]) - TIP_RADIUS_M;
+                    assert!(gap > MARGIN_M - 1e-9, "seed {seed}: {gap} m from an edge");
+                }
+            }
             for (i, r) in d.restraints.iter().enumerate() {
                 assert!(r.patch(&d.slab).is_ok());
                 let (Restraint::Springs { centre_m, .. } | Restraint::Glued { centre_m, .. }) = r;

@@ -5,7 +5,7 @@ use super::bench::{finite_paths, linear_paths};
 use super::draw::{Draw, Kinematics};
 use super::fit_mesh::fit_mesh;
 use super::instruments::{marker_sites, markers, stage, wrench};
-use super::resolution::Resolution;
+use super::resolution::{RemainderResolution, Resolution};
 use super::timeline::Timeline;
 use crate::geometry::Vec3;
 use crate::observation::{Contact, Phantom, Poke, Recording, Tip, TipShape};
@@ -20,7 +20,7 @@ pub fn record(draw: &Draw) -> Result<Recording, SimError> {
     let timeline = Timeline::new(&draw.pokes, draw.instruments.pause_s)?;
     let sites = marker_sites(draw);
     let paths = match draw.kinematics {
-        Kinematics::SmallStrain => linear_paths(draw, &sites, &Resolution::SMALL_STRAIN)?,
+        Kinematics::SmallStrain => linear_paths(draw, &sites, &RemainderResolution::SMALL_STRAIN)?,
         Kinematics::FiniteStrain => finite_paths(draw, &sites, &Resolution::FINITE_STRAIN)?,
     };
     let pokes = (1..).zip(&timeline.pokes).map(|(number, scheduled)| Poke {

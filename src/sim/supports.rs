@@ -25,6 +25,8 @@ const RADIAL: usize = 32;
 const AROUND: usize = 160;
 /// Highest power of x and y in the traction under a glued spot.
 const GLUE_DEGREE: i32 = 4;
+/// Polynomials in two variables up to that degree.
+const HELD: usize = 15;
 
 /// What holds the underside besides the known glue.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,10 +52,44 @@ pub enum Restraint {
 /// A disc on a side of the block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Patch {
-    centre: [f64; 3],
+    pub(super) centre: [f64; 3],
     /// The axis along the side's normal.
-    axis: usize,
-    radius: f64,
+    pub(super) axis: usize,
+    pub(super) radius: f64,
+}
+
+/// How a traction is spread over its disc.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shape {
+    /// Evenly: a pad, a spring patch.
+    Uniform,
+    /// As it takes to hold the disc still: polynomials over √(1 − r²/a²).
+    ///
+    /// Under a rigid disc on a half-space a polynomial displacement comes with just such a traction (Galin 1946;
+    /// Johnson 1985, section 3.2 and equation 3.34 for the flat punch), so a few of them converge fast although
+    /// the traction is unbounded at the rim.
+    Held,
+}
+
+impl Shape {
+    /// Number of support functions.
+    pub(super) fn functions(self) -> usize {
+        match self {
+            Self::Uniform => 1,
+            Self::Held => HELD,
+        }
+    }
+
+    /// The functions at `(x, y)` radii from the centre, relative to the weights of [`polar`].
+    pub(super) fn values(self, x: f64, y: f64) -> Vec<f64> {
+        match self {
+            Self::Uniform => vec![1.0],
+            Self::Held => {
+                let powers = (0..=GLUE_DEGREE).flat_map(|n| (0..=n).map(move |p| (n - p, p)));
+                powers.map(|(p, q)| chebyshev(p, x) * chebyshev(q, y)).collect()
+            }
+        }
+    }
 }
 
 /// One support function: the row that gives ∫ φ u and the compliance D (m/N).
@@ -83,67 +119,37 @@ impl Patch {
         Ok(Self { centre: centre_m, axis, radius: radius_m })
     }
 
-    /// Grades the mesh towards the rim: cells of `share` radii there.
-    pub(super) fn feature(&self, share: f64) -> Feature {
+    /// Grades the mesh towards the rim: cells of `share` radii there, longer by `growth` of the distance elsewhere.
+    pub(super) fn feature(&self, share: f64, growth: f64) -> Feature {
         let Self { centre, axis, radius } = *self;
-        Feature { place: Place::Rim { centre, axis, radius }, cell_m: share * radius }
+        Feature { place: Place::Rim { centre, axis, radius }, cell_m: share * radius, growth }
     }
 
     /// The point at `(x, y)` radii from the centre.
-    fn point(&self, x: f64, y: f64) -> [f64; 3] {
+    pub(super) fn point(&self, x: f64, y: f64) -> [f64; 3] {
         let mut point = self.centre;
         point[(self.axis + 1) % 3] += self.radius * x;
         point[(self.axis + 2) % 3] += self.radius * y;
         point
     }
 
-    /// ∫ φ u for several φ: `points` are `(x, y, weight)` in radii, `functions` their values times the weight.
-    fn rows<const N: usize>(
-        &self,
-        unknowns: &Unknowns,
-        points: impl Iterator<Item = (f64, f64, f64)>,
-        functions: impl Fn(f64, f64) -> [f64; N],
-    ) -> [Row; N] {
-        let mut sums = vec![[0.0; N]; unknowns.position.len()];
-        for (x, y, weight) in points {
-            let values = functions(x, y);
+    /// ∫ φ u for each support function.
+    pub(super) fn rows(&self, shape: Shape, unknowns: &Unknowns) -> Vec<Row> {
+        let count = shape.functions();
+        let mut sums = vec![0.0; count * unknowns.position.len()];
+        for (x, y, weight) in polar(RADIAL, AROUND, shape) {
+            let values = shape.values(x, y);
             for (node, share) in unknowns.row_at(self.point(x, y)) {
-                for (sum, value) in sums[node as usize].iter_mut().zip(values) {
+                for (sum, value) in sums[count * node as usize..].iter_mut().zip(&values) {
                     *sum += weight * share * value;
                 }
             }
         }
-        std::array::from_fn(|f| {
-            let entries = sums.iter().zip(0..).filter(|(s, _)| s[f] != 0.0);
+        let row = |f: usize| {
+            let entries = sums.chunks_exact(count).zip(0..).filter(|(s, _)| s[f] != 0.0);
             entries.map(|(s, node)| (node, s[f])).collect()
-        })
-    }
-
-    /// The mean over the disc: a uniform traction.
-    pub(super) fn mean(&self, unknowns: &Unknowns) -> Row {
-        // Uniform in area: r² is uniform.
-        let points = polar(|s| s.sqrt());
-        let [row] = self.rows(unknowns, points, |_, _| [1.0]);
-        row
-    }
-
-    /// Tractions that hold a disc still: polynomials over √(1 − r²/a²).
-    ///
-    /// Under a rigid disc on a half-space a polynomial displacement comes with just such a traction (Galin 1946;
-    /// Johnson 1985, section 3.2 and equation 3.34 for the flat punch), so a few of them converge fast although
-    /// the traction is unbounded at the rim.
-    pub(super) fn hold(&self, unknowns: &Unknowns) -> Vec<Row> {
-        // ∫ f / √(1 − r²) r dr = ∫ f(√(1 − m²)) dm: uniform in m = √(1 − r²).
-        let points = polar(|m| (1.0 - m * m).sqrt());
-        let rows = self.rows(unknowns, points, |x, y| {
-            let mut values = [0.0; 15];
-            let powers = (0..=GLUE_DEGREE).flat_map(|n| (0..=n).map(move |p| (n - p, p)));
-            for (value, (p, q)) in values.iter_mut().zip(powers) {
-                *value = chebyshev(p, x) * chebyshev(q, y);
-            }
-            values
-        });
-        rows.into()
+        };
+        (0..count).map(row).collect()
     }
 }
 
@@ -156,14 +162,18 @@ fn chebyshev(n: i32, x: f64) -> f64 {
     }
 }
 
-/// Points of the unit disc with weights of sum 1, uniform in the angle and in s ∈ [0, 1], r = `radius(s)`.
-fn polar(radius: impl Fn(f64) -> f64) -> impl Iterator<Item = (f64, f64, f64)> {
-    gauss_legendre(RADIAL).into_iter().enumerate().flat_map(move |(ring, (s, weight))| {
-        let r = radius(s);
-        (0..AROUND).map(move |i| {
+/// Points of the unit disc with weights of sum 1, uniform in the angle and, for an even traction, in r²: uniform in
+/// area. For that of a held disc they are uniform in m = √(1 − r²), as ∫ f / √(1 − r²) r dr = ∫ f dm.
+pub(super) fn polar(radial: usize, around: usize, shape: Shape) -> impl Iterator<Item = (f64, f64, f64)> {
+    gauss_legendre(radial).into_iter().enumerate().flat_map(move |(ring, (s, weight))| {
+        let r = match shape {
+            Shape::Uniform => s.sqrt(),
+            Shape::Held => (1.0 - s * s).sqrt(),
+        };
+        (0..around).map(move |i| {
             // Rings are turned against each other so that no row of points runs along a row of cells.
-            let angle = TAU * (i as f64 + 0.382 * ring as f64) / AROUND as f64;
-            (r * angle.cos(), r * angle.sin(), weight / AROUND as f64)
+            let angle = TAU * (i as f64 + 0.382 * ring as f64) / around as f64;
+            (r * angle.cos(), r * angle.sin(), weight / around as f64)
         })
     })
 }
@@ -181,16 +191,25 @@ impl Restraint {
         }
     }
 
+    /// How its traction is spread.
+    pub(super) fn shape(&self) -> Shape {
+        match self {
+            Self::Springs { .. } => Shape::Uniform,
+            Self::Glued { .. } => Shape::Held,
+        }
+    }
+
+    /// Compliance D of each of its support functions (m/N).
+    pub(super) fn compliance(&self) -> f64 {
+        match *self {
+            Self::Springs { stiffness_n_per_m, .. } => 1.0 / stiffness_n_per_m,
+            Self::Glued { .. } => 0.0,
+        }
+    }
+
     /// Its support functions on a mesh of `slab`.
     pub(super) fn supports(&self, unknowns: &Unknowns) -> Result<Vec<Support>, SimError> {
-        let patch = self.patch(&unknowns.mesh.slab)?;
-        Ok(match *self {
-            Self::Springs { stiffness_n_per_m, .. } => {
-                vec![Support { row: patch.mean(unknowns), compliance: 1.0 / stiffness_n_per_m }]
-            }
-            Self::Glued { .. } => {
-                patch.hold(unknowns).into_iter().map(|row| Support { row, compliance: 0.0 }).collect()
-            }
-        })
+        let rows = self.patch(&unknowns.mesh.slab)?.rows(self.shape(), unknowns);
+        Ok(rows.into_iter().map(|row| Support { row, compliance: self.compliance() }).collect())
     }
 }

@@ -1,6 +1,6 @@
 //! Which displacements of a mesh are unknown, and how every node's displacement follows from them.
 //!
-//! A node on the glue does not move. A node of a small box on the face or edge of a larger one follows the
+//! A node on the glue does not move (or as it is told: see `linear`). A node of a small box on the face or edge of a larger one follows the
 //! larger one's shape functions; as these may name following nodes themselves, the rule is applied until only
 //! free nodes are left. Because every node on a shared face follows the largest box there, the displacement is
 //! continuous (and linear fields are reproduced exactly: the patch test in `linear`).
@@ -20,6 +20,8 @@ pub(super) struct Element {
     pub(super) unknowns: Vec<u32>,
     /// How the 20 nodes follow: `(node of the box, slot in the list of free nodes, weight)`.
     pub(super) follow: Vec<(u8, u16, f64)>,
+    /// How they follow nodes on the glue: `(node of the box, node on the glue, weight)`.
+    pub(super) held: Vec<(u8, u32, f64)>,
 }
 
 /// The mesh with its unknowns: three components a free node, component c of free node i at `3 i + c`.
@@ -29,13 +31,19 @@ pub(super) struct Unknowns {
     pub(super) elements: Vec<Element>,
     /// Positions of the free nodes (m).
     pub(super) position: Vec<[f64; 3]>,
+    /// Positions of the nodes on the glue (m).
+    pub(super) held: Vec<[f64; 3]>,
 }
+
+/// Nodes on the glue are numbered from here on while rows are made.
+const HELD: u32 = 1 << 31;
 
 /// Nodes of the lattice already looked at, by place.
 #[derive(Default)]
 struct Numbering {
     rows: HashMap<[u32; 3], Row>,
     position: Vec<[f64; 3]>,
+    held: Vec<[f64; 3]>,
 }
 
 impl Numbering {
@@ -51,7 +59,8 @@ impl Numbering {
         let row = if on_its_lattice {
             let position = mesh.lattice_position(node);
             if mesh.slab.holds(position) {
-                Row::new()
+                self.held.push(position);
+                vec![(HELD + self.held.len() as u32 - 1, 1.0)]
             } else {
                 self.position.push(position);
                 vec![(self.position.len() as u32 - 1, 1.0)]
@@ -97,19 +106,21 @@ impl Unknowns {
                 let node = std::array::from_fn(|a| half * (2 * cell.index[a] + place[a]));
                 rows.push(numbering.row(&mesh, node));
             }
-            let mut free: Vec<u32> = rows.iter().flatten().map(|p| p.0).collect();
+            let parts = rows
+                .iter()
+                .zip(0_u8..)
+                .flat_map(|(row, n)| row.iter().map(move |&(node, weight)| (n, node, weight)));
+            let (bound, followed): (Vec<_>, Vec<_>) = parts.partition(|&(_, node, _)| node >= HELD);
+            let mut free: Vec<u32> = followed.iter().map(|p| p.1).collect();
             free.sort_unstable();
             free.dedup();
-            let follow = rows
-                .iter()
-                .enumerate()
-                .flat_map(|(n, row)| row.iter().map(move |&(node, weight)| (n, node, weight)))
-                .map(|(n, node, weight)| (n as u8, free.partition_point(|&f| f < node) as u16, weight))
-                .collect();
+            let slot = |node: u32| free.partition_point(|&f| f < node) as u16;
+            let follow = followed.iter().map(|&(n, node, weight)| (n, slot(node), weight)).collect();
+            let held = bound.iter().map(|&(n, node, weight)| (n, node - HELD, weight)).collect();
             let unknowns = free.iter().flat_map(|&f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
-            elements.push(Element { cell, unknowns, follow });
+            elements.push(Element { cell, unknowns, follow, held });
         }
-        Self { mesh, elements, position: numbering.position }
+        Self { mesh, elements, position: numbering.position, held: numbering.held }
     }
 
     /// Number of unknowns.

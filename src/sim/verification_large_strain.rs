@@ -1,7 +1,8 @@
 //! Whether the finite-strain bench is right: derivatives, closed forms and the limit of small loads.
 
 use super::SimError;
-use super::bench::{finite_paths, linear_paths};
+use super::bench::finite_paths;
+use super::brute_force::responses;
 use super::draw::{Draw, Instruments, Kinematics, PokePlan};
 use super::hex_mesh::{Feature, Grading, HexMesh, Place, Slab};
 use super::large_strain::LargeStrain;
@@ -17,8 +18,8 @@ const NU: f64 = 0.47;
 fn graded_block() -> Result<Unknowns, SimError> {
     let slab = Slab { size_m: [0.03, 0.03, 0.02], glue_end_m: 0.03 };
     let rim = Place::Rim { centre: [0.017, 0.013, 0.02], axis: 2, radius: 0.006 };
-    let grading = Grading { cell_m: 0.01, growth: 0.6, halvings: 1 };
-    Ok(Unknowns::new(HexMesh::new(slab, &[Feature { place: rim, cell_m: 0.005 }], &grading)?))
+    let grading = Grading { cell_m: 0.01, halvings: 1 };
+    Ok(Unknowns::new(HexMesh::new(slab, &[Feature { place: rim, cell_m: 0.005, growth: 0.6 }], &grading)?))
 }
 
 /// Energy, force and stiffness are derivatives of one another along a direction: the remainder of the Taylor
@@ -114,9 +115,9 @@ fn small_pokes_are_linear_ones() -> Result<(), SimError> {
     let difference = |depth_m: f64| -> Result<f64, SimError> {
         let draw = session(depth_m);
         let large = finite_paths(&draw, &watched, &COARSE)?;
-        let small = linear_paths(&draw, &watched, &COARSE)?;
-        let (f, l) = (large[0].force(depth_m)[2], small[0].force(depth_m)[2]);
-        let (u, v) = (large[0].watched(depth_m, 1)[2], small[0].watched(depth_m, 1)[2]);
+        let small = &responses(&draw, &watched, &COARSE)?[0];
+        let (f, l) = (large[0].force(depth_m)[2], -depth_m * small.stiffness[(2, 2)]);
+        let (u, v) = (large[0].watched(depth_m, 1)[2], -depth_m * small.watched[(5, 2)]);
         assert!((u / v - 1.0).abs() < 40.0 * depth_m / 0.008);
         Ok((f / l - 1.0).abs())
     };

@@ -1,20 +1,22 @@
 //! Whether the linear bench is right: closed forms on its own elements, meshes and supports.
 
 use super::SimError;
+use super::brute_force::condense_rows;
 use super::hex_mesh::{Feature, Grading, HexMesh, Place, Slab};
-use super::linear::{analyse, assemble, condense, element_stiffness, seen, unit_loads};
+use super::linear::{analyse, assemble, element_stiffness, seen, unit_loads};
 use super::quadratic::{NODES, PLACES};
-use super::resolution::Resolution;
-use super::supports::{Patch, Restraint, Support};
+use super::supports::{Patch, Restraint, Shape, Support};
 use super::unknowns::{Row, Unknowns};
 use crate::geometry::Vec3;
 use nalgebra::{DMatrix, DVector, Matrix3};
 use std::f64::consts::PI;
 
 const POISSON_RATIO: f64 = 0.47;
+/// How much longer boxes may be per distance from a rim.
+const GROWTH: f64 = 0.6;
 
 fn grading(cell_m: f64, halvings: u32) -> Grading {
-    Grading { cell_m, growth: Resolution::SMALL_STRAIN.growth, halvings }
+    Grading { cell_m, halvings }
 }
 
 /// Energy of one box in the displacement u = H x, E = 1.
@@ -63,8 +65,11 @@ fn one_box_has_six_rigid_modes_and_no_other_of_zero_energy() {
 fn patch_test_on_boxes_of_different_size() -> Result<(), SimError> {
     let slab = Slab { size_m: [0.04, 0.03, 0.02], glue_end_m: 0.04 };
     let rim = Place::Rim { centre: [0.017, 0.013, 0.02], axis: 2, radius: 0.006 };
-    let unknowns =
-        Unknowns::new(HexMesh::new(slab, &[Feature { place: rim, cell_m: 0.001 }], &grading(0.01, 4))?);
+    let unknowns = Unknowns::new(HexMesh::new(
+        slab,
+        &[Feature { place: rim, cell_m: 0.001, growth: GROWTH }],
+        &grading(0.01, 4),
+    )?);
     let hanging = unknowns.elements.iter().filter(|e| e.follow.iter().any(|f| f.2 != 1.0)).count();
     assert!(hanging > 100, "{hanging} boxes with following nodes");
     let a = [0.011, -0.007, 0.005];
@@ -93,7 +98,7 @@ fn patch_test_on_boxes_of_different_size() -> Result<(), SimError> {
 fn half_space(rim_cell: f64) -> Result<(Unknowns, Patch), SimError> {
     let slab = Slab { size_m: [16e3, 16e3, 8e3], glue_end_m: 16e3 };
     let patch = Patch::on(&slab, "disc", MIDDLE, Vec3::z(), 1.0)?;
-    let mesh = HexMesh::new(slab, &[patch.feature(rim_cell)], &grading(4e3, 18))?;
+    let mesh = HexMesh::new(slab, &[patch.feature(rim_cell, GROWTH)], &grading(4e3, 18))?;
     Ok((Unknowns::new(mesh), patch))
 }
 
@@ -106,7 +111,8 @@ const MIDDLE: [f64; 3] = [8003.1, 7996.7, 8000.0];
 #[test]
 fn a_uniform_traction_on_a_disc_moves_it_as_on_a_half_space() -> Result<(), SimError> {
     let (unknowns, patch) = half_space(0.13)?;
-    let compliance = condense(&unknowns, POISSON_RATIO, &[&patch.mean(&unknowns)], &[])?.supports;
+    let compliance =
+        condense_rows(&unknowns, POISSON_RATIO, &[&patch.rows(Shape::Uniform, &unknowns)[0]], &[])?.supports;
     let pressure = 1.0 / PI;
     let normal = 16.0 * (1.0 - POISSON_RATIO.powi(2)) * pressure / (3.0 * PI);
     let tangential = normal * (1.0 - 0.5 * POISSON_RATIO) / (1.0 - POISSON_RATIO);
@@ -121,9 +127,9 @@ fn a_uniform_traction_on_a_disc_moves_it_as_on_a_half_space() -> Result<(), SimE
 /// axis and about its axis, E = a = 1.
 fn rigid_disc(rim_cell: f64) -> Result<[f64; 2], SimError> {
     let (unknowns, patch) = half_space(rim_cell)?;
-    let rows = patch.hold(&unknowns);
+    let rows = patch.rows(Shape::Held, &unknowns);
     let rows: Vec<&Row> = rows.iter().collect();
-    let compliance = condense(&unknowns, POISSON_RATIO, &rows, &[])?.supports;
+    let compliance = condense_rows(&unknowns, POISSON_RATIO, &rows, &[])?.supports;
     let factor = compliance.cholesky().expect("distinct functions");
     let stiffness = |motion: &dyn Fn([f64; 3]) -> [f64; 3]| {
         let field: Vec<f64> = unknowns.position.iter().flat_map(|&p| motion(p)).collect();
@@ -159,16 +165,16 @@ fn the_condensed_answer_solves_the_whole_block() -> Result<(), SimError> {
         Restraint::Springs { centre_m: [0.03, 0.01, 0.0], radius_m: 0.004, stiffness_n_per_m: 80.0 },
         Restraint::Glued { centre_m: [0.048, 0.031, 0.0], radius_m: 0.006 },
     ];
-    let unknowns = Unknowns::new(HexMesh::new(slab, &[tip.feature(0.5)], &grading(0.007, 2))?);
-    let mut supports = vec![Support { row: tip.mean(&unknowns), compliance: 0.0 }];
+    let unknowns = Unknowns::new(HexMesh::new(slab, &[tip.feature(0.5, GROWTH)], &grading(0.007, 2))?);
+    let mut supports = vec![Support { row: tip.rows(Shape::Uniform, &unknowns).remove(0), compliance: 0.0 }];
     for restraint in &restraints {
         supports.extend(restraint.supports(&unknowns)?);
     }
     let rows: Vec<&Row> = supports.iter().map(|s| &s.row).collect();
     let point = unknowns.row_at([0.031, 0.028, 0.02]);
     let young_modulus = 9e3;
-    let held: Vec<(usize, &Support)> = supports.iter().enumerate().skip(1).collect();
-    let compliance = condense(&unknowns, POISSON_RATIO, &rows, &[&point])?;
+    let held: Vec<(usize, f64)> = supports.iter().map(|s| s.compliance).enumerate().skip(1).collect();
+    let compliance = condense_rows(&unknowns, POISSON_RATIO, &rows, &[&point])?;
     let response = compliance.respond(young_modulus, 0, &held)?;
 
     let stiffness = assemble(&unknowns, POISSON_RATIO)?;

@@ -1,6 +1,7 @@
 //! Do the files of `write_fit` say what the fit says?
 
 use super::synthetic;
+use phantom_rig::inverse::published::Variant;
 use phantom_rig::inverse::{Fit, FitMethod, PatchKind};
 use phantom_rig::report::{ReportError, Verdict, finding, to_json, trust, verdict, write_fit};
 use serde_json::{Map, Value, json};
@@ -81,7 +82,7 @@ fn the_interval_of_a_stiffness_is_normal_and_not_negative() {
 #[test]
 fn what_the_fit_could_not_determine_is_null() {
     let (_, mut fit) = example();
-    fit.method = FitMethod::Published;
+    fit.method = FitMethod::Published(Variant::Published);
     fit.young_modulus_pa.sd = f64::INFINITY;
     fit.residual.chi2_per_dof = f64::NAN;
     let json = to_json(&fit, &settings()).expect("JSON");

@@ -3,4 +3,5 @@
 mod jacobian;
 mod practice;
 mod published;
+mod published_recording;
 mod tips;

@@ -6,7 +6,8 @@ use phantom_rig::inverse::experiment::{
 };
 
 fn run(seeds: u64, snr_db: &[f64]) -> Vec<Summary> {
-    let settings = StudySettings { seeds, snr_db: snr_db.to_vec(), finer_data: false };
+    let settings =
+        StudySettings { seeds, first_seed: 0, snr_db: snr_db.to_vec(), finer_data: false, unequal: false };
     let found = study(&settings, &|| ()).expect("the experiment runs");
     assert!(found.failures.is_empty(), "{:?}", found.failures);
     summarise(&found)

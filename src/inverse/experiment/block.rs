@@ -14,9 +14,11 @@
 
 use crate::fem::{FemError, Model, Order, Space, Spot};
 use crate::geometry::Vec3;
-use crate::inverse::Condensed;
 use crate::inverse::condensed::node_spot;
+use crate::inverse::published::reactions;
+use crate::inverse::{Condensed, InverseError};
 use crate::mesh::{Block, TetMesh, block};
+use nalgebra::DVector;
 
 const SIZE_M: [f64; 3] = [4.0, 2.0, 8.0];
 const CELLS: [usize; 3] = [8, 5, 18];
@@ -26,6 +28,8 @@ const KNOWN_ROWS: usize = 5;
 const SEARCH: [std::ops::RangeInclusive<usize>; 2] = [2..=6, 9..=15];
 /// Rows of the search nodes that are restrained.
 const RESTRAINED_ROWS: [usize; 2] = [14, 15];
+/// Unequal springs over their mean; they sum to ten.
+const UNEQUAL: [f64; 10] = [1.8, 0.2, 1.4, 0.6, 1.0, 0.4, 1.6, 0.8, 1.2, 1.0];
 /// Into the front.
 const FORCE: Vec3 = Vec3::new(0.0, 1000.0, 0.0);
 /// The finer mesh; the last known row lies on its cell borders too.
@@ -40,6 +44,8 @@ pub enum Restraint {
     Fixed,
     /// Springs of this stiffness (N/m) each.
     Springs(f64),
+    /// Springs of this stiffness (N/m) in the mean, from a fifth to nine fifths of it, stiff beside soft.
+    Unequal(f64),
 }
 
 /// Mesh, nodes and load of the experiment.
@@ -121,11 +127,40 @@ impl BlockExperiment {
 
     /// One stiffness a search node (N/m).
     pub fn stiffness(&self, restraint: Restraint) -> Vec<f64> {
-        let of_one = match restraint {
-            Restraint::Fixed => f64::INFINITY,
-            Restraint::Springs(k) => k,
+        let mut stiffness = vec![0.0; self.search.len()];
+        for (&j, share) in self.restrained.iter().zip(UNEQUAL) {
+            stiffness[j] = match restraint {
+                Restraint::Fixed => f64::INFINITY,
+                Restraint::Springs(k) => k,
+                Restraint::Unequal(mean) => mean * share,
+            };
+        }
+        stiffness
+    }
+
+    /// Displacement (m) of every node under the load for each of `states`: Young's modulus (Pa) and the
+    /// displacements of the search nodes (3 Nₛ, m).
+    ///
+    /// # Errors
+    /// What the model and the solvers report.
+    pub fn deformed(&self, states: &[(f64, &[f64])]) -> Result<Vec<Vec<Vec3>>, InverseError> {
+        let model = Model::new(&self.mesh, Order::P1, Self::POISSON_RATIO, "fixed")?;
+        let body = self.condense()?;
+        let mut loads = Vec::new();
+        for &(young_modulus_pa, search) in states {
+            let forces = reactions(&body, young_modulus_pa, &DVector::from_column_slice(search))?;
+            let mut load = vec![0.0; model.space().components()];
+            (0..3).for_each(|i| load[3 * self.loaded as usize + i] = FORCE[i]);
+            for (j, &n) in self.search.iter().enumerate() {
+                (0..3).for_each(|i| load[3 * n as usize + i] += forces[3 * j + i]);
+            }
+            loads.push(load);
+        }
+        let fields = model.displace(loads)?;
+        let vectors = |(field, (young_modulus_pa, _)): (Vec<f64>, &(f64, &[f64]))| {
+            field.chunks_exact(3).map(|u| Vec3::new(u[0], u[1], u[2]) / *young_modulus_pa).collect()
         };
-        (0..self.search.len()).map(|j| if self.restrained.contains(&j) { of_one } else { 0.0 }).collect()
+        Ok(fields.into_iter().zip(states).map(vectors).collect())
     }
 }
 

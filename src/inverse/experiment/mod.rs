@@ -2,9 +2,11 @@
 //! variants beside the default nodal estimate, over noise levels and seeds.
 
 mod block;
+mod shape;
 mod study;
 mod summary;
 
 pub use block::{BlockExperiment, Restraint};
+pub use shape::{Shape, shapes};
 pub use study::{Method, StepTwo, Study, StudySettings, Trial, study};
 pub use summary::{Spread, Summary, summarise};

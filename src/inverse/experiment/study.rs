@@ -68,12 +68,16 @@ impl Method {
 /// What to run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudySettings {
-    /// Seeds 0 to `seeds` − 1.
+    /// How many seeds are drawn.
     pub seeds: u64,
+    /// The first of them.
+    pub first_seed: u64,
     /// Signal-to-noise ratios (dB); infinite for none, of which one seed is run.
     pub snr_db: Vec<f64>,
     /// Whether the data come from a finer mesh of second order instead of the model's own.
     pub finer_data: bool,
+    /// Whether springs that differ from node to node are studied too.
+    pub unequal: bool,
 }
 
 /// One method on one data set.
@@ -108,6 +112,8 @@ pub struct Trial {
 /// Everything that a study found.
 #[derive(Debug, Clone)]
 pub struct Study {
+    /// What was run.
+    pub settings: StudySettings,
     /// The experiment.
     pub experiment: BlockExperiment,
     /// True search displacements for each restraint (3 Nₛ, m).
@@ -118,6 +124,17 @@ pub struct Study {
     pub trials: Vec<Trial>,
     /// Fits that gave nothing: restraint, level, seed, why.
     pub failures: Vec<(Restraint, f64, u64, String)>,
+}
+
+impl StudySettings {
+    /// The restraints that are studied.
+    pub fn restraints(&self) -> Vec<Restraint> {
+        let mut all = vec![Restraint::Fixed, Restraint::Springs(500.0)];
+        if self.unequal {
+            all.push(Restraint::Unequal(500.0));
+        }
+        all
+    }
 }
 
 struct Bench {
@@ -144,11 +161,13 @@ pub fn study(
         false => nodal.clone(),
     };
     let bench = Bench { body, nodal, step_one: step_one? };
-    let mut found = Study { experiment, truth: vec![], bounds: vec![], trials: vec![], failures: vec![] };
-    for restraint in [Restraint::Fixed, Restraint::Springs(500.0)] {
+    let settings = settings.clone();
+    let mut found =
+        Study { settings, experiment, truth: vec![], bounds: vec![], trials: vec![], failures: vec![] };
+    for restraint in found.settings.restraints() {
         let stiffness = found.experiment.stiffness(restraint);
         let (search, observed) = source.displace(BlockExperiment::YOUNG_MODULUS_PA, &stiffness)?;
-        for &snr_db in &settings.snr_db {
+        for snr_db in found.settings.snr_db.clone() {
             let sigma_m = observed.norm() / (observed.len() as f64).sqrt() * 10_f64.powf(-snr_db / 20.0);
             if sigma_m > 0.0 {
                 let on = &found.experiment.restrained;
@@ -156,8 +175,9 @@ pub fn study(
                 let e = BlockExperiment::YOUNG_MODULUS_PA;
                 found.bounds.push((restraint, snr_db, nodal::bound(&bench.nodal, e, on, &known, sigma_m)?));
             }
-            let seeds = if sigma_m > 0.0 { settings.seeds } else { settings.seeds.min(1) };
-            let results: Vec<(u64, Vec<Result<Trial, SolveError>>)> = (0..seeds)
+            let first = found.settings.first_seed;
+            let seeds = if sigma_m > 0.0 { found.settings.seeds } else { found.settings.seeds.min(1) };
+            let results: Vec<(u64, Vec<Result<Trial, SolveError>>)> = (first..first + seeds)
                 .into_par_iter()
                 .map(|seed| {
                     let data = Data { restraint, snr_db, seed, sigma_m, search: &search };
@@ -207,7 +227,7 @@ impl Data<'_> {
                 Ok((fit, converged)) => {
                     let steps: &[StepTwo] = match self.restraint {
                         Restraint::Fixed => &[StepTwo::Skipped],
-                        Restraint::Springs(_) => &[StepTwo::L1, StepTwo::Direct],
+                        Restraint::Springs(_) | Restraint::Unequal(_) => &[StepTwo::L1, StepTwo::Direct],
                     };
                     for &step_two in steps {
                         let stiffness = self.step_two(bench, &observed, &fit, step_two);

@@ -60,7 +60,7 @@ pub fn summarise(study: &Study) -> Vec<Summary> {
             let column = |f: &dyn Fn(&super::Trial) -> f64| -> Vec<f64> { of.iter().map(|t| f(t)).collect() };
             let total = match restraint {
                 Restraint::Fixed => f64::INFINITY,
-                Restraint::Springs(k) => k * study.experiment.restrained.len() as f64,
+                Restraint::Springs(k) | Restraint::Unequal(k) => k * study.experiment.restrained.len() as f64,
             };
             let e_error = column(&|t| t.young_modulus_pa - BlockExperiment::YOUNG_MODULUS_PA);
             let gamma_error = column(&|t| t.gamma_n_per_m - total);

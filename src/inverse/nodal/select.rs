@@ -11,7 +11,13 @@
 //! 4. Otherwise springs stay free: nodes whose springs the data do not ask for are dropped, the least
 //!    significant first, as long as the information criterion `χ² + p ln m` falls, and the rest refitted.
 //!
-//! No step shrinks what is reported. Standard deviations take the nodes as known.
+//! No step shrinks what is reported. Standard deviations take the nodes, and that springs are alike, as known.
+//!
+//! Step 3 takes equal springs for true until data reject them, which is a prior: it helps where springs are equal
+//! and misleads where they are not but the data cannot say so. On the block with springs from a fifth to nine fifths of
+//! their mean, at 40 dB, the median error of Γ is three times the bound and half as much again as the published
+//! method's (`phantom-rig experiment block --unequal`, seeds 1000 to 1049), where with equal springs it is 0.06 times
+//! the bound.
 
 use super::support::fit_capped;
 use super::{NodalData, NodalProblem, SupportFit, alike::alike, bound::bound_of_groups, fit_support};

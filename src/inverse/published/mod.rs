@@ -3,7 +3,8 @@
 //! Step one ([`StepOne`]) takes the displacements of all search nodes as unknown boundary data and finds them
 //! together with Young's modulus from the observed displacements by a regularised Gauss–Newton iteration.
 //! Step two ([`search_forces`], [`reactions`], [`equivalent_stiffness`]) asks which forces at the search
-//! nodes go with those displacements and divides the one by the other.
+//! nodes go with those displacements and divides the one by the other. [`fit_recording`] runs both on the pokes of a
+//! recording.
 //!
 //! # How the printed formulas were read
 //! Equation numbers are the paper's. `W = [E; S]`, `O` observed, `hat` modelled; `B = ∂U/∂W`, `A = P_O B`.
@@ -35,10 +36,23 @@
 //!   force on the body `f = −k u`.
 
 mod basis;
+mod bench;
+mod gather;
+mod measure;
+mod recording;
+#[cfg(test)]
+mod recording_tests;
+mod remarks;
+mod spectrum;
+mod sprung;
 mod step_one;
 mod step_two;
 #[cfg(test)]
 mod tests;
+mod variant;
+mod views;
 
+pub use recording::fit_recording;
 pub use step_one::{Joined, Regularisation, Start, StepOne, StepOneFit, StepOneRules};
 pub use step_two::{equivalent_stiffness, reactions, search_forces};
+pub use variant::Variant;

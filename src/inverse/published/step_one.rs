@@ -5,6 +5,7 @@
 //! search displacements (3 Nₛ, m), Ψ (m²) and why the iteration ended.
 
 use super::basis::Basis;
+use super::spectrum::{greatest, raised};
 use crate::inverse::{Condensed, SolveError};
 use nalgebra::{DMatrix, DVector};
 
@@ -106,12 +107,10 @@ pub struct StepOne {
     /// Greatest eigenvalue of `C_SS⁻¹` (m).
     stiffest: f64,
     basis: Basis,
-    /// Greatest left singular vector of G (3 Nₒ), where the search for ‖A‖ starts.
-    leading: DVector<f64>,
+    /// Eigenvalues of `G Gᵀ` with the components of c along their vectors, and last a zero with what of c lies
+    /// outside the range of G.
+    modes: (DVector<f64>, DVector<f64>),
 }
-
-/// Relative accuracy of spectral norms, which only enter α.
-const NORM_ACCURACY: f64 = 1e-8;
 
 impl StepOne {
     /// Prepares the iteration on `body`.
@@ -134,9 +133,12 @@ impl StepOne {
             Regularisation::Energy => Basis::new(&whitened.transpose(), |right| &lower * right),
             _ => Basis::new(&jacobian, |right| right),
         };
-        let stiffest = greatest(body.search_load.len(), |v| factor.solve(v)).0;
-        let leading = greatest(jacobian.nrows(), |v| &jacobian * jacobian.tr_mul(v)).1;
-        Ok(Self { regularisation, jacobian, held_load, held_work, stiffest, basis, leading })
+        let stiffest = greatest(body.search_load.len(), |v| factor.solve(v));
+        let modes = match regularisation {
+            Regularisation::Energy => modes(&Basis::new(&jacobian, |right| right), &held_load),
+            _ => modes(&basis, &held_load),
+        };
+        Ok(Self { regularisation, jacobian, held_load, held_work, stiffest, basis, modes })
     }
 
     /// Runs the iteration on displacements `observed` (3 Nₒ, m) whose error has the norm `error` (m, over all
@@ -232,7 +234,7 @@ impl StepOne {
             }
             Regularisation::None => (0.0, 0.0, f64::INFINITY, (1.0, 1.0)),
         };
-        let alpha = self.sensitivity_norm2(&column, units) * error / ((observed_norm - error) * norm);
+        let alpha = self.sensitivity_norm2(modulus, units) * error / ((observed_norm - error) * norm);
         let Basis { observed, search, singular } = &self.basis;
         let onto_residual = observed.tr_mul(residual);
         let onto_column = observed.tr_mul(&column);
@@ -252,35 +254,18 @@ impl StepOne {
         (alpha, d_modulus, search * coordinates)
     }
 
-    /// ‖A‖² (spectral), with `A = [column, G]` in the given units of modulus and displacement.
-    fn sensitivity_norm2(&self, column: &DVector<f64>, units: (f64, f64)) -> f64 {
-        let column = column * units.0;
-        let scale = units.1 * units.1;
-        let apply =
-            |v: &DVector<f64>| &self.jacobian * self.jacobian.tr_mul(v) * scale + &column * column.dot(v);
-        power(self.leading.clone() + column.normalize(), apply).0
+    /// ‖A‖² (spectral) of `A = [−c / E², G]` in the given units of modulus and displacement: the greatest
+    /// eigenvalue of `G Gᵀ + c cᵀ / E⁴`, a diagonal and one vector in the modes of G.
+    fn sensitivity_norm2(&self, modulus: f64, units: (f64, f64)) -> f64 {
+        let (square, along) = &self.modes;
+        raised(&(square * (units.1 * units.1)), &(along * (units.0 / (modulus * modulus))))
     }
 }
 
-/// Greatest eigenvalue and vector of a symmetric positive semi-definite action of size `n`.
-fn greatest(n: usize, apply: impl Fn(&DVector<f64>) -> DVector<f64>) -> (f64, DVector<f64>) {
-    // A start without symmetry, so that it is orthogonal to no eigenvector that a symmetric body has.
-    power(DVector::from_fn(n, |i, _| 1.0 + 0.5 * ((i * i) as f64 * 0.7).sin()), apply)
-}
-
-/// Power iteration; the Rayleigh quotient converges twice as fast as the vector.
-fn power(start: DVector<f64>, apply: impl Fn(&DVector<f64>) -> DVector<f64>) -> (f64, DVector<f64>) {
-    const STEPS: usize = 500;
-    let mut vector = start.normalize();
-    let mut value = 0.0;
-    for _ in 0..STEPS {
-        let image = apply(&vector);
-        let next = vector.dot(&image);
-        vector = image.normalize();
-        if (next - value).abs() <= NORM_ACCURACY * next {
-            return (next, vector);
-        }
-        value = next;
-    }
-    (value, vector)
+/// See [`StepOne::modes`].
+fn modes(of: &Basis, vector: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
+    let along = of.observed.tr_mul(vector);
+    let outside = (vector.norm_squared() - along.norm_squared()).max(0.0).sqrt();
+    let n = along.len();
+    (of.singular.map(|s| s * s).insert_row(n, 0.0), along.insert_row(n, outside))
 }

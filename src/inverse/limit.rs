@@ -1,0 +1,152 @@
+//! The limit of fine elements: the compliance on one moderate discretisation, corrected by two finer ones.
+//!
+//! Patches are searched for on the first discretisation, where a new place costs little. Elements err much alike
+//! wherever the body is loaded (most of it comes from the end of the glue), so that their errors cancel in what the
+//! restraint makes of the readings, as long as all compliances have them. What is left, and what the modulus is off by, is
+//! mended when the patches are known: what the first discretisation gets wrong, the extrapolation of the two finer ones (Richardson 1911) less its own word, is
+//! added to its compliance, for patches where they stood when the correction was made. Fitting and correcting take turns until neither moves anything (defect correction, Stetter 1978): then the fit
+//! is that of the limit.
+
+use super::blocks::{Bench, Blocks};
+use super::error::InverseError;
+use super::forward::Group;
+use super::problem::{Linearised, Problem};
+use super::refit::{Descent, GOOD_ENOUGH, descend};
+use super::restraint::{Mounted, Restraint};
+use super::search::pruned;
+use crate::fem::Discretisation;
+use crate::geometry::Vec3;
+use std::ops::Range;
+
+/// A model on one of the finer discretisations.
+pub struct Level {
+    /// The model with everything observed on it.
+    pub bench: Bench,
+    /// Faces of its search surface.
+    pub search: Vec<usize>,
+}
+
+/// Two finer discretisations.
+pub struct Finer {
+    /// On the coarser.
+    pub coarse: Level,
+    /// On the finer.
+    pub fine: Level,
+}
+
+/// What is added to the first discretisation's compliance.
+pub struct Correction {
+    /// For the limit.
+    pub limit: Difference,
+    /// For the finest discretisation alone.
+    pub finest: Difference,
+}
+
+/// Difference of two compliances, with the patches that it was made for.
+pub struct Difference {
+    blocks: Blocks,
+    patches: Vec<(Vec3, Range<usize>)>,
+}
+
+impl Finer {
+    /// The correction of `first`, on which `patches` are mounted uncorrected.
+    pub fn correction(&self, first: &Mounted, patches: &[Restraint]) -> Result<Correction, InverseError> {
+        let coarse = Mounted::new(&self.coarse.bench, &self.coarse.search, patches)?.blocks;
+        let fine = Mounted::new(&self.fine.bench, &self.fine.search, patches)?.blocks;
+        let limit = coarse.zip(&fine, Discretisation::extrapolate);
+        let difference = |other: &Blocks| Difference {
+            blocks: first.blocks.zip(other, |first, other| other - first),
+            patches: patches.iter().zip(&first.groups).map(|(p, g)| (p.centre, g.discs.clone())).collect(),
+        };
+        Ok(Correction { limit: difference(&limit), finest: difference(&fine) })
+    }
+}
+
+/// Rounds of correcting and fitting: each leaves a few per cent of the correction's change, so that few are needed.
+const ROUNDS: usize = 12;
+
+/// Rounds in which the size of the elements' error is estimated anew; later it stays, so that the fit can settle.
+const ESTIMATES: usize = 4;
+
+/// Carries `at` to the limit: corrects, refits and takes out what is not significant there, until nothing changes.
+pub(super) fn in_the_limit(
+    problem: &mut Problem<'_>,
+    finer: Option<&Finer>,
+    mut at: Linearised,
+    mut tell: impl FnMut(&Linearised),
+) -> Result<Linearised, InverseError> {
+    for round in 0..ROUNDS {
+        let patches = &at.state.patches;
+        if let Some(finer) = finer {
+            let first = Mounted::new(&problem.bench, &problem.search, patches)?;
+            problem.correction = Some(finer.correction(&first, patches)?);
+        }
+        at = problem.linearise(&at.state)?;
+        problem.whitening = problem.whitening.near(&at.prediction);
+        if round < ESTIMATES {
+            problem.whitening = problem.whitening.with_likeliest_elements(&at);
+        }
+        let Descent { at: fitted, steps, unfinished } = descend(problem, &at.state, GOOD_ENOUGH)?;
+        let count = at.state.patches.len();
+        at = pruned(problem, fitted)?;
+        tell(&at);
+        if steps == 0 && unfinished.is_none() && at.state.patches.len() == count {
+            return Ok(at);
+        }
+    }
+    Err(InverseError::NotSettled { rounds: ROUNDS, patches: at.state.patches.len() })
+}
+
+/// A patch takes the correction over from one that stood within this many of its radii.
+const SAME_PATCH: f64 = 2.0;
+
+impl Difference {
+    /// Adds the difference to the blocks of `patches` with their `groups`.
+    pub fn add_to(&self, blocks: &mut Blocks, patches: &[Restraint], groups: &[Group]) {
+        let from = self.discs_of(patches, groups);
+        let known = || from.iter().enumerate().filter_map(|(to, from)| Some((3 * to, 3 * (*from)?)));
+        for (site, d) in blocks.sites.iter_mut().zip(&self.blocks.sites) {
+            site.tip_tip += &d.tip_tip;
+            site.markers_tip += &d.markers_tip;
+            site.tip_weight += &d.tip_weight;
+            for (to, from) in known() {
+                let mut rows = site.discs_tip.rows_mut(to, 3);
+                rows += d.discs_tip.rows(from, 3);
+            }
+        }
+        blocks.markers_weight += &self.blocks.markers_weight;
+        for (to, from) in known() {
+            let mut columns = blocks.markers_discs.columns_mut(to, 3);
+            columns += self.blocks.markers_discs.columns(from, 3);
+            let mut rows = blocks.discs_weight.rows_mut(to, 3);
+            rows += self.blocks.discs_weight.rows(from, 3);
+            for (other, other_from) in known() {
+                let mut block = blocks.discs_discs.fixed_view_mut::<3, 3>(to, other);
+                block += self.blocks.discs_discs.fixed_view::<3, 3>(from, other_from);
+            }
+        }
+    }
+
+    /// For every disc the one whose correction it takes over.
+    fn discs_of(&self, patches: &[Restraint], groups: &[Group]) -> Vec<Option<usize>> {
+        let mut of = vec![None; groups.last().map_or(0, |g| g.discs.end)];
+        let mut taken = vec![false; self.patches.len()];
+        for (patch, group) in patches.iter().zip(groups) {
+            let nearest = self
+                .patches
+                .iter()
+                .enumerate()
+                .filter(|(i, (_, discs))| !taken[*i] && discs.len() == group.discs.len())
+                .map(|(i, (centre, discs))| (i, (centre - patch.centre).norm(), discs))
+                .filter(|(_, distance, _)| *distance <= SAME_PATCH * patch.radius_m)
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            if let Some((i, _, discs)) = nearest {
+                taken[i] = true;
+                for (to, from) in group.discs.clone().zip(discs.clone()) {
+                    of[to] = Some(from);
+                }
+            }
+        }
+        of
+    }
+}
