@@ -45,4 +45,26 @@ pub enum FemError {
         /// Name of the surface.
         surface: String,
     },
+    /// A rigid tip where the surface is not flat.
+    #[error(
+        "a rigid tip of radius {radius_m} m at ({x:.4}, {y:.4}, {z:.4}) m does not lie wholly on a flat part of the \
+         surface: its contact is not modelled there",
+        x = centre_m[0], y = centre_m[1], z = centre_m[2]
+    )]
+    TipNotFlat {
+        /// Centre (m).
+        centre_m: [f64; 3],
+        /// Radius (m).
+        radius_m: f64,
+    },
+    /// The contact under a tip could not be found.
+    #[error("the contact under the tip could not be found: {why} ({cells} cells, {exchanges} exchanges)")]
+    Contact {
+        /// What failed.
+        why: &'static str,
+        /// Cells involved.
+        cells: usize,
+        /// Exchanges made.
+        exchanges: usize,
+    },
 }

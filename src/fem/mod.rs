@@ -3,6 +3,8 @@
 //! Symbols: `u` displacement (m), `E` Young's modulus (Pa), `ν` Poisson's ratio, `λ`, `μ` Lamé's constants,
 //! `K₁` stiffness for `E = 1`, `C` compliance for `E = 1` (m·Pa/N = 1/m).
 
+mod cells;
+mod complementarity;
 mod discretise;
 mod elasticity;
 mod element;
@@ -12,9 +14,13 @@ mod half_space;
 pub mod material;
 mod model;
 mod near;
+mod ports;
 mod punch;
+mod rigid_face;
 mod space;
+mod sphere;
 mod spot;
+mod tip;
 mod wrench;
 
 pub use discretise::{Discretisation, Resolution, discretise};
@@ -30,4 +36,5 @@ pub use near::Near;
 pub use punch::turning_compliance;
 pub use space::{Face, Space};
 pub use spot::{Functional, Spot, SpotKind};
+pub use tip::{Pressed, Tip, TipFace};
 pub use wrench::wrench_loads;

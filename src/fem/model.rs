@@ -241,11 +241,16 @@ impl Response {
     /// Displacement of a spot: column `j` for a unit force along axis `j`. This is the block `C(spot, load)` of
     /// the compliance; by reciprocity `C(load, spot)` is its transpose.
     pub fn at(&self, spot: &Spot) -> Mat3 {
-        let elements = Mat3::from_columns(&[0, 1, 2].map(|j: usize| spot.of(&self.nodal[j])));
+        let elements = self.of_elements(spot);
         match &self.near {
             Some(near) => elements + near.at(spot),
             None => elements,
         }
+    }
+
+    /// [`Response::at`] without the near field.
+    pub(super) fn of_elements(&self, spot: &Spot) -> Mat3 {
+        Mat3::from_columns(&[0, 1, 2].map(|j: usize| spot.of(&self.nodal[j])))
     }
 
     /// The near field's part of [`Response::at`]; zero where the elements carry everything.

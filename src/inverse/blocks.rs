@@ -5,10 +5,13 @@
 
 use super::error::InverseError;
 use super::evidence::Driven;
-use crate::fem::{Functional, Model, Response, Spot, wrench_loads};
+use super::grip::Grip;
+use super::lift::Lift;
+use crate::fem::{Functional, Model, Response, Spot, Tip, wrench_loads};
 use crate::geometry::Vec3;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Compliance blocks with all sites and a set of restraint discs.
 #[derive(Debug, Clone, Default)]
@@ -25,17 +28,19 @@ pub struct Blocks {
     pub discs_weight: DMatrix<f64>,
 }
 
-/// Compliance blocks of the tip at one site. The tip is loaded by `modes` columns: a uniform traction along each
-/// axis, and, when the wrench drives the model, three more for the moments.
+/// Compliance blocks of the tip at one site. The tip is loaded by `modes` columns: a force along each axis on each of
+/// its ports, or, when the wrench drives the model, the six of a wrench; it is seen through its ports.
 #[derive(Debug, Clone)]
 pub struct SiteBlocks {
-    /// Tip under tip: `3 × modes`.
+    /// How the tip takes hold; nothing when the wrench drives the model.
+    pub grip: Option<Arc<Grip>>,
+    /// Tip under tip: `3 ports × modes`, what the tip does not carry itself.
     pub tip_tip: DMatrix<f64>,
     /// Markers under tip: `3 markers × modes`.
     pub markers_tip: DMatrix<f64>,
     /// Discs under tip: `3 discs × modes`.
     pub discs_tip: DMatrix<f64>,
-    /// Tip displacement under the body's weight: `3 × 1`.
+    /// Displacement of the ports under the body's weight: `3 ports × 1`.
     pub tip_weight: DMatrix<f64>,
 }
 
@@ -49,6 +54,7 @@ impl Blocks {
                 .iter()
                 .zip(&other.sites)
                 .map(|(a, b)| SiteBlocks {
+                    grip: a.grip.clone(),
                     tip_tip: z(&a.tip_tip, &b.tip_tip),
                     markers_tip: z(&a.markers_tip, &b.markers_tip),
                     discs_tip: z(&a.discs_tip, &b.discs_tip),
@@ -68,7 +74,7 @@ pub struct Bench {
     /// The elements.
     pub model: Model,
     /// The tip at each site.
-    pub tips: Vec<Spot>,
+    pub tips: Vec<Tip>,
     /// All markers.
     pub markers: Vec<Spot>,
     tip_responses: Vec<TipResponse>,
@@ -80,8 +86,13 @@ pub struct Bench {
 
 /// Response to the tip's load at one site.
 pub enum TipResponse {
-    /// To a uniform traction along each axis: what the stage moves.
-    Traction(Box<Response>),
+    /// To a unit force along each axis on each port: what the stage moves.
+    Ports {
+        /// How the tip takes hold.
+        grip: Arc<Grip>,
+        /// One a port.
+        responses: Vec<Response>,
+    },
     /// To a unit wrench about the site, mode by mode, as nodal displacement.
     Wrench(Vec<Vec<f64>>),
 }
@@ -90,8 +101,32 @@ impl TipResponse {
     /// Number of load modes.
     pub fn modes(&self) -> usize {
         match self {
-            Self::Traction(_) => 3,
+            Self::Ports { responses, .. } => 3 * responses.len(),
             Self::Wrench(modes) => modes.len(),
+        }
+    }
+
+    /// Number of displacement components through which the tip is seen: the first load modes, by reciprocity.
+    pub fn seen(&self) -> usize {
+        match self {
+            Self::Ports { responses, .. } => 3 * responses.len(),
+            Self::Wrench(_) => 3,
+        }
+    }
+
+    /// How the tip takes hold; nothing when the wrench drives the model.
+    pub fn grip(&self) -> Option<Arc<Grip>> {
+        match self {
+            Self::Ports { grip, .. } => Some(grip.clone()),
+            Self::Wrench(_) => None,
+        }
+    }
+
+    /// The tip under itself: `3 ports × modes`, what it does not carry itself.
+    fn own(&self, tip: &Tip) -> DMatrix<f64> {
+        match self {
+            Self::Ports { responses, .. } => tip.compliance(responses),
+            Self::Wrench(_) => self.at(&tip.ports()[0]),
         }
     }
 
@@ -99,7 +134,11 @@ impl TipResponse {
     pub fn at(&self, spot: &Spot) -> DMatrix<f64> {
         let mut block = DMatrix::zeros(3, self.modes());
         match self {
-            Self::Traction(response) => block.copy_from(&response.at(spot)),
+            Self::Ports { responses, .. } => {
+                for (k, response) in responses.iter().enumerate() {
+                    block.columns_mut(3 * k, 3).copy_from(&response.at(spot));
+                }
+            }
             Self::Wrench(modes) => {
                 for (k, nodal) in modes.iter().enumerate() {
                     block.column_mut(k).copy_from(&spot.of(nodal));
@@ -112,7 +151,11 @@ impl TipResponse {
     /// Displacement of a node at `position` under load modes of these sizes, for a unit modulus.
     pub fn at_node(&self, node: usize, position: &Vec3, sizes: &DVector<f64>) -> Vec3 {
         match self {
-            Self::Traction(response) => response.at_node(node, position) * sizes.fixed_rows::<3>(0),
+            Self::Ports { responses, .. } => responses
+                .iter()
+                .enumerate()
+                .map(|(k, response)| response.at_node(node, position) * sizes.fixed_rows::<3>(3 * k))
+                .sum(),
             Self::Wrench(modes) => modes
                 .iter()
                 .zip(sizes.iter())
@@ -125,7 +168,11 @@ impl TipResponse {
     fn slope_at(&self, slope: &[Functional; 3], spot: &Spot, tangent: &Vec3) -> DMatrix<f64> {
         let mut block = DMatrix::zeros(3, self.modes());
         match self {
-            Self::Traction(response) => block.copy_from(&response.slope_at(slope, spot, tangent)),
+            Self::Ports { responses, .. } => {
+                for (k, response) in responses.iter().enumerate() {
+                    block.columns_mut(3 * k, 3).copy_from(&response.slope_at(slope, spot, tangent));
+                }
+            }
             Self::Wrench(modes) => {
                 for (k, nodal) in modes.iter().enumerate() {
                     block.column_mut(k).copy_from(&dot(slope, nodal));
@@ -137,24 +184,32 @@ impl TipResponse {
 }
 
 impl Bench {
-    /// Solves for the tips, each at its site (m), and for the weight (N/m³), when it acts.
+    /// Solves for the tips, each at its site (m) with its lift, and for the weight (N/m³), when it acts. Under a wrench
+    /// the tips are pads.
     pub fn new(
         model: Model,
-        tips: Vec<Spot>,
+        tips: Vec<Tip>,
         markers: Vec<Spot>,
-        sites: &[Vec3],
+        sites: &[(Vec3, Lift)],
         driven: Driven,
         weight_n_m3: Option<Vec3>,
     ) -> Result<Self, InverseError> {
         let tip_responses = match driven {
             Driven::ByStage => {
-                let tips: Vec<&Spot> = tips.iter().collect();
-                model.respond(&tips)?.into_iter().map(|r| TipResponse::Traction(Box::new(r))).collect()
+                let ports: Vec<&Spot> = tips.iter().flat_map(Tip::ports).collect();
+                let mut solved = model.respond(&ports)?.into_iter();
+                let mut responses = Vec::with_capacity(tips.len());
+                for (tip, (_, lift)) in tips.iter().zip(sites) {
+                    let own: Vec<Response> = solved.by_ref().take(tip.ports().len()).collect();
+                    let grip = Arc::new(Grip::new(tip.clone(), lift, &tip.compliance(&own))?);
+                    responses.push(TipResponse::Ports { grip, responses: own });
+                }
+                responses
             }
             Driven::ByWrench => {
                 let mut responses = Vec::with_capacity(tips.len());
-                for (tip, site) in tips.iter().zip(sites) {
-                    let loads = wrench_loads(model.space(), tip, site)?;
+                for (tip, (site, _)) in tips.iter().zip(sites) {
+                    let loads = wrench_loads(model.space(), &tip.ports()[0], site)?;
                     responses.push(TipResponse::Wrench(model.respond_to(&loads)?));
                 }
                 responses
@@ -171,10 +226,11 @@ impl Bench {
 
     fn without_restraint(&self) -> Blocks {
         let sites = self.tips.par_iter().zip(&self.tip_responses).map(|(tip, response)| SiteBlocks {
-            tip_tip: response.at(tip),
+            grip: response.grip(),
+            tip_tip: response.own(tip),
             markers_tip: under_tip(&self.markers, response),
             discs_tip: DMatrix::zeros(0, response.modes()),
-            tip_weight: self.sag(std::slice::from_ref(tip)),
+            tip_weight: self.sag(tip.ports()),
         });
         Blocks {
             sites: sites.collect(),
@@ -248,10 +304,11 @@ impl Bench {
                 .tip_responses
                 .iter()
                 .map(|tip| SiteBlocks {
-                    tip_tip: DMatrix::zeros(3, tip.modes()),
+                    grip: tip.grip(),
+                    tip_tip: DMatrix::zeros(tip.seen(), tip.modes()),
                     markers_tip: DMatrix::zeros(markers, tip.modes()),
                     discs_tip: DMatrix::zeros(discs3, tip.modes()),
-                    tip_weight: DMatrix::zeros(3, 1),
+                    tip_weight: DMatrix::zeros(tip.seen(), 1),
                 })
                 .collect(),
             markers_discs: DMatrix::zeros(markers, discs3),

@@ -15,21 +15,21 @@ pub enum InverseError {
     /// The stage was asked to drive the model but was not recorded.
     #[error("the recording has no stage.csv, so the stage cannot drive the model; the wrench can")]
     NoStage,
-    /// The stage drives a tip whose contact is not modelled.
+    /// A tip that touches the phantom bit by bit, or may lift off, and a weight that moves the surface away from it.
     #[error(
-        "the tip ({shape:?}, {contact:?}) is not modelled when the stage drives it: a pad and a rigid flat face, \
-         both bonded, are; let the wrench drive the model, which does not ask for the tip's shape"
+        "the tip ({shape:?}, {contact:?}) meets the surface as it goes, and the weight acts meanwhile \
+         (gravity_at_rest = false): where the surface then is, is not modelled; let the wrench drive the model"
     )]
-    TipNotModelled {
-        /// Its face.
-        shape: TipShape,
+    MetUnderWeight {
         /// What holds it to the surface.
         contact: Contact,
+        /// Its face.
+        shape: TipShape,
     },
     /// The stage holds a rigid tip against turning where that matters, and the model does not.
     #[error(
-        "at ({x:.4}, {y:.4}, {z:.4}) m the rigid flat tip would turn: holding its rotation, which is not modelled, \
-         takes up to {share_percent:.1} % off its compliance (limit {limit_percent:.1} %); let the wrench drive the \
+        "at ({x:.4}, {y:.4}, {z:.4}) m, where the surface is not flat, the rigid flat tip would turn: holding its \
+         rotation, which is not modelled there, takes up to {share_percent:.1} % off its compliance (limit {limit_percent:.1} %); let the wrench drive the \
          model", x = site_m[0], y = site_m[1], z = site_m[2],
         share_percent = 100.0 * share, limit_percent = 100.0 * limit
     )]

@@ -1,8 +1,8 @@
 //! What a recording says, boiled down to as many numbers as a linear model can use.
 //!
 //! In one poke everything observed is linear in what drives the model: a reading is `P x(t)` plus noise, where
-//! `x` holds the stage's displacement (or the wrench) and, last, the constant 1 on which weight acts, and `P`
-//! depends on the unknown parameters alone. The rows of a poke therefore enter only through `Σ x xᵀ` and
+//! `x` holds the stage's displacement, or what the tip answers to of it ([`Lift`]), or the wrench, and, last, the
+//! constant 1 on which weight acts, and `P` depends on the unknown parameters alone. The rows of a poke therefore enter only through `Σ x xᵀ` and
 //! `Σ y xᵀ`: along every principal direction `v` of the drive, all rows act like a single reading
 //! `Σ y (x·v) / √λ` of `√λ P v` with the noise of one row. A recording of any length becomes a few thousand
 //! numbers.
@@ -12,12 +12,13 @@
 //! all its readings; it is kept as the sensitivity of each reading to a common shift.
 
 use super::error::InverseError;
+use super::lift::{DriveNoise, Driving, Lift, lifts};
 use crate::clock::Rows;
 use crate::geometry::Vec3;
 use crate::observation::{MarkerRow, Noise, Poke, Recording};
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
 
-/// Entries of the drive: displacement (3) or wrench (6), and the constant on which weight acts.
+/// Entries of the drive: displacement (3), series in the depth (4) or wrench (6), and the constant on which weight acts.
 pub const DRIVE: usize = 7;
 /// Index of the constant.
 pub const WEIGHT: usize = 6;
@@ -28,7 +29,8 @@ pub type Drive = SVector<f64, DRIVE>;
 /// What sets the tip in motion in the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Driven {
-    /// The stage's displacement: entries 0 to 2 of the drive (m). Force and markers are readings.
+    /// The stage's displacement: entries 0 to 2 of the drive (m), or what its [`Lift`] makes of it. Force and markers
+    /// are readings.
     ByStage,
     /// The wrench: entries 0 to 5 of the drive (N, N·m). Markers are readings.
     ByWrench,
@@ -60,6 +62,10 @@ pub struct Site {
     pub force: Vec<Reading>,
     /// Readings of every marker (m), in the recording's order of markers.
     pub markers: Vec<Vec<Reading>>,
+    /// What of the stage's motion its tip answers to.
+    pub lift: Lift,
+    /// Mean covariance of the drive's own noise in the rows of the force.
+    pub drive_noise: DriveNoise,
 }
 
 /// A recording, boiled down.
@@ -69,6 +75,8 @@ pub struct Evidence {
     pub driven: Driven,
     /// Pokes by place.
     pub sites: Vec<Site>,
+    /// The lift of every poke.
+    pub lifts: Vec<Lift>,
     /// Rest position of every marker (m), and rows it was averaged over.
     pub rest: Vec<(Vec3, usize)>,
     /// One standard deviation of every channel, as used.
@@ -90,14 +98,22 @@ struct Sums {
     xx: SMatrix<f64, DRIVE, DRIVE>,
     yx: SMatrix<f64, 3, DRIVE>,
     x: Drive,
+    noise: DriveNoise,
 }
 
 impl Sums {
     fn new() -> Self {
-        Self { count: 0.0, xx: SMatrix::zeros(), yx: SMatrix::zeros(), x: Drive::zeros() }
+        Self {
+            count: 0.0,
+            xx: SMatrix::zeros(),
+            yx: SMatrix::zeros(),
+            x: Drive::zeros(),
+            noise: DriveNoise::zeros(),
+        }
     }
 
-    fn add(&mut self, x: &Drive, y: &Vec3) {
+    fn add(&mut self, Driving { x, noise, .. }: &Driving, y: &Vec3) {
+        self.noise += noise;
         self.count += 1.0;
         self.xx += x * x.transpose();
         self.yx += y * x.transpose();
@@ -105,14 +121,14 @@ impl Sums {
     }
 
     /// One reading for every principal direction that carries something.
-    fn readings(&self, drive_variance: &Drive) -> Vec<Reading> {
+    fn readings(&self) -> Vec<Reading> {
         if self.count == 0.0 {
             return Vec::new();
         }
         // Displacement, force and torque differ in unit: compare them after scaling each to its own size.
-        let corrected = self.xx - SMatrix::from_diagonal(&(drive_variance * self.count));
+        let corrected = self.xx - self.noise;
         let size = Drive::from_fn(|i, _| corrected[(i, i)].max(0.0).sqrt());
-        let noise = drive_variance * self.count;
+        let noise = self.noise.diagonal();
         let chance = 3.0 * (2.0 / self.count).sqrt();
         let scale = Drive::from_fn(|i, _| {
             let group = size.rows(i / 3 * 3, if i < 6 { 3 } else { 1 }).norm_squared();
@@ -147,13 +163,16 @@ impl Evidence {
             (None, Some(_)) => Driven::ByStage,
             (None, None) => Driven::ByWrench,
         };
+        let lifts = lifts(recording, driven)?;
         let rest = recording.rest_positions();
         let (noise, measured_over_stated) = measured_noise(recording, &rest);
         let mut sites: Vec<(Site, Sums, Vec<Sums>)> = Vec::new();
+        let drive = DriveTrack::new(recording, driven, &lifts, &noise);
         for (index, poke) in recording.pokes.iter().enumerate() {
             let found = sites.iter().position(|(s, ..)| {
                 (s.centre - poke.site).norm() < SAME_PLACE_M
                     && (s.radius_m - poke.radius_m).abs() < SAME_PLACE_M
+                    && s.lift == lifts[index]
             });
             let at = found.unwrap_or_else(|| {
                 let site = Site {
@@ -163,51 +182,37 @@ impl Evidence {
                     pokes: Vec::new(),
                     force: Vec::new(),
                     markers: Vec::new(),
+                    lift: lifts[index],
+                    drive_noise: DriveNoise::zeros(),
                 };
                 sites.push((site, Sums::new(), vec![Sums::new(); rest.len()]));
                 sites.len() - 1
             });
             let (site, force, markers) = &mut sites[at];
             site.pokes.push(index);
-            let drive = DriveTrack::new(recording, driven);
             if driven == Driven::ByStage {
                 for i in Rows::new(&recording.wrench.time_s).within(poke.start_s, poke.end_s) {
-                    if let Some(x) = drive.at(recording.wrench.time_s[i], poke.start_s, poke.end_s) {
+                    if let Some(x) = drive.at(recording.wrench.time_s[i], index) {
                         force.add(&x, &Vec3::from(recording.wrench.force_n[i]));
                     }
                 }
             }
-            for (row, x) in drive.marker_rows(poke) {
+            for (row, x) in drive.marker_rows(index) {
                 let m = row.marker as usize;
                 markers[m].add(&x, &(Vec3::from(row.position_m) - rest[m].0));
             }
         }
-        let drive_variance = drive_variance(&noise, driven);
         let sites = sites
             .into_iter()
             .map(|(mut site, force, markers)| {
-                site.force = force.readings(&drive_variance);
-                site.markers = markers.iter().map(|m| m.readings(&drive_variance)).collect();
+                site.force = force.readings();
+                site.markers = markers.iter().map(Sums::readings).collect();
+                site.drive_noise = force.noise / force.count.max(1.0);
                 site
             })
             .collect();
-        Ok(Self { driven, sites, rest, noise, measured_over_stated })
+        Ok(Self { driven, sites, lifts, rest, noise, measured_over_stated })
     }
-}
-
-/// Variance of the drive's own noise.
-pub(super) fn drive_variance(noise: &Noise, driven: Driven) -> Drive {
-    let mut variance = Drive::zeros();
-    for i in 0..3 {
-        match driven {
-            Driven::ByStage => variance[i] = noise.stage_m[i].powi(2),
-            Driven::ByWrench => {
-                variance[i] = noise.force_n[i].powi(2);
-                variance[3 + i] = noise.torque_nm[i].powi(2);
-            }
-        }
-    }
-    variance
 }
 
 /// The drive at any instant of a poke.
@@ -216,53 +221,80 @@ pub struct DriveTrack<'a> {
     driven: Driven,
     rows: Rows<'a>,
     weight: f64,
+    lifts: &'a [Lift],
+    noise: &'a Noise,
+    /// How deep the tip was (m) in its poke up to every row of the stage, for tips that stick.
+    deepest_m: Vec<f64>,
 }
 
 impl<'a> DriveTrack<'a> {
-    /// Prepares look-ups in `recording`.
-    pub fn new(recording: &'a Recording, driven: Driven) -> Self {
+    /// Prepares look-ups in `recording`, with the lift of every poke and the noise to reckon with.
+    pub fn new(recording: &'a Recording, driven: Driven, lifts: &'a [Lift], noise: &'a Noise) -> Self {
         let time = match (driven, &recording.stage) {
             (Driven::ByStage, Some(stage)) => &stage.time_s,
             _ => &recording.wrench.time_s,
         };
         let acts = recording.phantom.gravity.is_some_and(|g| !g.at_rest);
-        Self { recording, driven, rows: Rows::new(time), weight: f64::from(u8::from(acts)) }
+        let rows = Rows::new(time);
+        let mut deepest_m = Vec::new();
+        if let (Driven::ByStage, Some(stage)) = (driven, &recording.stage) {
+            deepest_m.resize(time.len(), 0.0);
+            for (poke, lift) in recording.pokes.iter().zip(lifts) {
+                let Some(inward) = lift.inward() else { continue };
+                let mut deepest = 0.0_f64;
+                for i in rows.within(poke.start_s, poke.end_s) {
+                    deepest = deepest.max(Vec3::from(stage.displacement_m[i]).dot(&inward));
+                    deepest_m[i] = deepest;
+                }
+            }
+        }
+        Self { recording, driven, rows, weight: f64::from(u8::from(acts)), lifts, noise, deepest_m }
     }
 
     /// Marker rows inside a poke, each with the drive at its instant; rows in a gap of the drive are left out.
-    pub fn marker_rows<'b>(&'b self, poke: &'b Poke) -> impl Iterator<Item = (&'b MarkerRow, Drive)> {
+    pub fn marker_rows(&self, poke: usize) -> impl Iterator<Item = (&MarkerRow, Driving)> {
+        let (index, poke) = (poke, &self.recording.pokes[poke]);
         let markers = &self.recording.markers;
         let time = |row: &MarkerRow| markers.frame_time_s[row.frame as usize];
         let first = markers.rows.partition_point(|row| time(row) < poke.start_s);
-        let mut frame: Option<(u32, Option<Drive>)> = None;
+        let mut frame: Option<(u32, Option<Driving>)> = None;
         markers.rows[first..].iter().take_while(move |row| time(row) <= poke.end_s).filter_map(move |row| {
             let drive = match frame {
                 Some((number, drive)) if number == row.frame => drive,
-                _ => self.at(time(row), poke.start_s, poke.end_s),
+                _ => self.at(time(row), index),
             };
             frame = Some((row.frame, drive));
             drive.map(|drive| (row, drive))
         })
     }
 
-    /// The drive at `at_s`, from rows inside the poke only; `None` where the recording has a gap.
-    pub fn at(&self, at_s: f64, start_s: f64, end_s: f64) -> Option<Drive> {
-        let mut x = Drive::zeros();
-        x[WEIGHT] = self.weight;
-        match (self.driven, &self.recording.stage) {
+    /// The drive at `at_s`, from rows inside a poke only; `None` where the recording has a gap.
+    pub fn at(&self, at_s: f64, poke: usize) -> Option<Driving> {
+        let Poke { start_s, end_s, direction, .. } = self.recording.pokes[poke];
+        let mut driving = match (self.driven, &self.recording.stage) {
             (Driven::ByStage, Some(stage)) => {
-                let d = self.rows.at(&stage.displacement_m, at_s, start_s, end_s)?;
-                x.fixed_rows_mut::<3>(0).copy_from_slice(&d);
+                let d = Vec3::from(self.rows.at(&stage.displacement_m, at_s, start_s, end_s)?);
+                let before = stage.time_s.partition_point(|&t| t <= at_s).checked_sub(1);
+                let deepest = before.map_or(0.0, |i| self.deepest_m[i]);
+                self.lifts[poke].driving(&d, deepest, self.noise.stage_m, &direction)
             }
             _ => {
                 let wrench = &self.recording.wrench;
                 let f = self.rows.at(&wrench.force_n, at_s, start_s, end_s)?;
                 let m = self.rows.at(&wrench.torque_nm, at_s, start_s, end_s)?;
+                let mut x = Drive::zeros();
                 x.fixed_rows_mut::<3>(0).copy_from_slice(&f);
                 x.fixed_rows_mut::<3>(3).copy_from_slice(&m);
+                let mut variance = Drive::zeros();
+                for i in 0..3 {
+                    variance[i] = self.noise.force_n[i].powi(2);
+                    variance[3 + i] = self.noise.torque_nm[i].powi(2);
+                }
+                Driving { x, noise: DriveNoise::from_diagonal(&variance), depth_m: 0.0 }
             }
-        }
-        Some(x)
+        };
+        driving.x[WEIGHT] = self.weight;
+        Some(driving)
     }
 }
 

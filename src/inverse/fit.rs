@@ -7,7 +7,8 @@
 
 use super::blocks::Bench;
 use super::error::InverseError;
-use super::evidence::{Driven, Evidence};
+use super::evidence::{Driven, Evidence, Site};
+use super::lift::entered;
 use super::limit::{Finer, Level, in_the_limit};
 use super::outcome::{Found, elements_sd, first_elements_sd, outcome};
 use super::problem::{Linearised, Problem};
@@ -15,9 +16,9 @@ use super::residual::Whitening;
 use super::result::Fit;
 use super::search::{candidates, search};
 use super::tilt::turns_little;
-use crate::fem::{Discretisation, FemError, Model, Order, Profile, Resolution, Space, Spot, discretise};
+use crate::fem::{Discretisation, FemError, Model, Order, Resolution, Space, Spot, Tip, TipFace, discretise};
 use crate::mesh::{SurfaceIndex, TetMesh};
-use crate::observation::{Contact, Recording, Tip, TipShape};
+use crate::observation::{self, Contact, Recording, TipShape};
 
 /// How a fit is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,9 +58,6 @@ pub enum Progress {
 
 /// Distance (m) between places at which a patch is first looked for, over the patch's radius.
 const SPACING: f64 = 1.0;
-
-/// A poke enters a face whose outward normal has less than this component along its direction.
-const ENTERED: f64 = -0.2;
 
 /// Names of the surfaces, as the bundle format has them.
 const FIXED: &str = "fixed";
@@ -139,31 +137,40 @@ fn discs(recording: &Recording, found: &Linearised) -> Result<Vec<Spot>, Inverse
 /// The tips' discs on the given mesh.
 fn tips(recording: &Recording, evidence: &Evidence) -> Result<Vec<Spot>, InverseError> {
     let space = Space::new(&recording.mesh, Order::P1).map_err(FemError::from)?;
-    spots(&space, evidence, recording.tip)
+    let disc =
+        |site: &Site| Spot::disc(&space, &entered(&space, &site.direction), &site.centre, site.radius_m);
+    Ok(evidence.sites.iter().map(disc).collect::<Result<_, _>>()?)
 }
 
-fn spots(space: &Space, evidence: &Evidence, tip: Tip) -> Result<Vec<Spot>, InverseError> {
-    let profile = profile(tip, evidence.driven)?;
-    evidence
-        .sites
-        .iter()
-        .map(|site| {
-            // A site on an edge of the body belongs to the side that the poke enters.
-            let entered: Vec<usize> = (0..space.faces().len())
-                .filter(|&face| space.face_triangle(face).normal().dot(&site.direction) < ENTERED)
-                .collect();
-            Ok(Spot::weighed(space, &entered, &site.centre, site.radius_m, profile)?)
-        })
-        .collect()
-}
-
-/// How the tip's load is spread. Where the wrench is known it is spread by the six modes of
+/// The tips on the model's surface. Where the wrench is known it is spread by the six modes of
 /// [`wrench_loads`](crate::fem::wrench_loads), whatever the tip's face: away from it only the wrench matters.
-fn profile(tip: Tip, driven: Driven) -> Result<Profile, InverseError> {
-    match (driven, tip.contact, tip.shape) {
-        (Driven::ByWrench, ..) | (Driven::ByStage, Contact::Bonded, TipShape::Pad) => Ok(Profile::Uniform),
-        (Driven::ByStage, Contact::Bonded, TipShape::Flat) => Ok(Profile::Rigid),
-        (Driven::ByStage, contact, shape) => Err(InverseError::TipNotModelled { shape, contact }),
+fn placed(space: &Space, evidence: &Evidence, recording: &Recording) -> Result<Vec<Tip>, InverseError> {
+    let weight_acts = recording.phantom.gravity.is_some_and(|g| !g.at_rest);
+    let (face, bonded) = face(recording.tip, evidence.driven, weight_acts)?;
+    let nu = recording.phantom.poisson_ratio;
+    let mut tips: Vec<Tip> = Vec::with_capacity(evidence.sites.len());
+    for site in &evidence.sites {
+        let on = entered(space, &site.direction);
+        tips.push(match tips.first() {
+            Some(first) => first.elsewhere(space, &on, &site.centre, site.radius_m)?,
+            None => Tip::new(space, &on, &site.centre, site.radius_m, face, bonded, nu)?,
+        });
+    }
+    Ok(tips)
+}
+
+/// The face of the tip, and whether the phantom sticks to it.
+fn face(tip: observation::Tip, driven: Driven, weight_acts: bool) -> Result<(TipFace, bool), InverseError> {
+    let observation::Tip { contact, shape } = tip;
+    let bonded = contact == Contact::Bonded;
+    match (driven, shape) {
+        (Driven::ByWrench, _) => Ok((TipFace::Pad, true)),
+        (Driven::ByStage, _) if weight_acts && (!bonded || matches!(shape, TipShape::Sphere { .. })) => {
+            Err(InverseError::MetUnderWeight { contact, shape })
+        }
+        (Driven::ByStage, TipShape::Pad) => Ok((TipFace::Pad, bonded)),
+        (Driven::ByStage, TipShape::Flat) => Ok((TipFace::Flat, bonded)),
+        (Driven::ByStage, TipShape::Sphere { radius_m }) => Ok((TipFace::Sphere { radius_m }, bonded)),
     }
 }
 
@@ -175,7 +182,7 @@ fn level(
     settings: &Settings,
 ) -> Result<Level, InverseError> {
     let model = Model::new(mesh, settings.element, recording.phantom.poisson_ratio, FIXED)?;
-    let tips = spots(model.space(), evidence, recording.tip)?;
+    let tips = placed(model.space(), evidence, recording)?;
     let index = SurfaceIndex::new(mesh, mesh.surface(OBSERVED));
     let markers = evidence
         .rest
@@ -187,7 +194,7 @@ fn level(
         .gravity
         .filter(|g| !g.at_rest)
         .map(|g| g.acceleration_m_s2 * recording.phantom.density_kg_m3);
-    let sites: Vec<_> = evidence.sites.iter().map(|s| s.centre).collect();
+    let sites: Vec<_> = evidence.sites.iter().map(|s| (s.centre, s.lift)).collect();
     let search = model.space().surface(SEARCH).to_vec();
     let bench = Bench::new(model, tips, markers, &sites, evidence.driven, weight)?;
     Ok(Level { bench, search })
@@ -199,18 +206,20 @@ mod tests {
 
     #[test]
     fn a_tip_that_is_not_modelled_is_refused_unless_the_wrench_drives() {
-        let tip = |shape, contact| Tip { shape, contact };
         let sphere = TipShape::Sphere { radius_m: 0.005 };
-        for (shape, contact) in [
-            (sphere, Contact::Bonded),
-            (TipShape::Flat, Contact::Unilateral),
-            (TipShape::Pad, Contact::Unilateral),
+        let tip = |shape, contact| observation::Tip { shape, contact };
+        for (tip, words) in [
+            (tip(sphere, Contact::Bonded), "(Sphere { radius_m: 0.005 }, Bonded)"),
+            (tip(sphere, Contact::Unilateral), "(Sphere { radius_m: 0.005 }, Unilateral)"),
+            (tip(TipShape::Flat, Contact::Unilateral), "(Flat, Unilateral)"),
+            (tip(TipShape::Pad, Contact::Unilateral), "(Pad, Unilateral)"),
         ] {
-            let refused = profile(tip(shape, contact), Driven::ByStage).expect_err("not modelled");
-            assert!(refused.to_string().contains(&format!("{shape:?}, {contact:?}")), "{refused}");
-            assert_eq!(profile(tip(shape, contact), Driven::ByWrench).expect("any tip"), Profile::Uniform);
+            let refused = face(tip, Driven::ByStage, true).expect_err("not modelled");
+            assert!(refused.to_string().contains(words), "{refused}");
+            assert_eq!(face(tip, Driven::ByWrench, true).expect("any tip"), (TipFace::Pad, true));
+            face(tip, Driven::ByStage, false).expect("modelled");
         }
-        let bonded = |shape| profile(tip(shape, Contact::Bonded), Driven::ByStage).expect("modelled");
-        assert_eq!((bonded(TipShape::Pad), bonded(TipShape::Flat)), (Profile::Uniform, Profile::Rigid));
+        let flat = tip(TipShape::Flat, Contact::Bonded);
+        assert_eq!(face(flat, Driven::ByStage, true).expect("modelled"), (TipFace::Flat, true));
     }
 }

@@ -1,13 +1,16 @@
 //! What the model says every reading should be, and how that changes with each parameter.
 //!
 //! Restraint discs pull with `−k u`. With `D = diag(1/κ)`, `κ = k/E`, they are taken out of the problem:
-//! `M = C_DD + D`, and every compliance becomes `C' = C − C_·D M⁻¹ C_D·`. Under a stage displacement `d` the tip
-//! presses with `q = H⁻¹ (E d − g)`, `H = C'_tip,tip` and `g` the tip's sag; under a wrench `q` is the wrench.
-//! Markers move by `(C'_m,tip q + g'_m) / E`. All of it is linear in the drive: a [`Prediction`].
+//! `M = C_DD + D`, and every compliance becomes `C' = C − C_·D M⁻¹ C_D·`. Moved by the stage, the tip takes hold of
+//! `H = C'_tip,tip` ([`grip`](super::grip)) and acts on its ports with `q = E Q x − T g`, `x` the drive and `g` the
+//! ports' sag; under a wrench `q` is the wrench. Markers move by `(C'_m,tip q + g'_m) / E`. All of it is linear in the
+//! drive: a [`Prediction`].
 
 use super::blocks::Blocks;
 use super::evidence::{DRIVE, Drive, Driven, WEIGHT};
+use super::grip;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Restraint discs that share one stiffness.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,7 +60,7 @@ pub enum Change<'a> {
 
 /// What a candidate disc sees of the rest.
 pub struct NewDisc {
-    /// Tip of every site under the candidate: `3 × 3` (the candidate's force in columns).
+    /// Tip of every site under the candidate: `3 ports × 3` (the candidate's force in columns).
     pub tip: Vec<DMatrix<f64>>,
     /// Candidate under the tip's load modes: `3 × modes`, for every site.
     pub under_tip: Vec<DMatrix<f64>>,
@@ -81,11 +84,15 @@ pub struct Forward<'a> {
     pub driven: Driven,
     /// `M⁻¹`.
     inverse: DMatrix<f64>,
+    /// Compliance with the restraint taken in, for every site.
+    held: Vec<Held>,
+    /// The tips, holding the body; none when the wrench drives the model.
+    grips: Vec<grip::Held>,
 }
 
 impl<'a> Forward<'a> {
-    /// Takes the restraint in. `None` when the compliance of the discs is not positive definite, which a sound
-    /// model never gives.
+    /// Takes the restraint in. `None` when the compliance of the discs or under a tip is not positive definite, which
+    /// a sound model never gives.
     pub fn new(blocks: &'a Blocks, groups: &'a [Group], modulus: f64, driven: Driven) -> Option<Self> {
         let mut m = blocks.discs_discs.clone();
         for group in groups {
@@ -94,15 +101,24 @@ impl<'a> Forward<'a> {
             }
         }
         let inverse = if m.is_empty() { m } else { m.cholesky()?.inverse() };
-        Some(Self { blocks, groups, modulus, driven, inverse })
+        let mut forward =
+            Self { blocks, groups, modulus, driven, inverse, held: Vec::new(), grips: Vec::new() };
+        forward.held = (0..blocks.sites.len()).map(|site| forward.hold(site)).collect();
+        if driven == Driven::ByStage {
+            let sites = blocks.sites.par_iter().zip(&forward.held);
+            forward.grips = sites
+                .map(|(site, held)| site.grip.as_ref()?.hold(&held.tip_tip).ok())
+                .collect::<Option<Vec<_>>>()?;
+        }
+        Some(forward)
     }
 
-    fn held(&self, site: usize) -> Held {
+    fn hold(&self, site: usize) -> Held {
         let (b, s) = (self.blocks, &self.blocks.sites[site]);
         let pull = &self.inverse * &s.discs_tip;
         let pull_weight = &self.inverse * &b.discs_weight;
-        // The tip's own three components of its load modes see the discs by reciprocity.
-        let tip_discs = s.discs_tip.columns(0, 3).transpose();
+        // The tip's ports see the discs by reciprocity.
+        let tip_discs = s.discs_tip.columns(0, s.tip_tip.nrows()).transpose();
         Held {
             tip_tip: &s.tip_tip - &tip_discs * &pull,
             markers_tip: &s.markers_tip - &b.markers_discs * &pull,
@@ -116,7 +132,7 @@ impl<'a> Forward<'a> {
         let (b, s) = (self.blocks, &self.blocks.sites[site]);
         let pull = &self.inverse * &s.discs_tip;
         let pull_weight = &self.inverse * &b.discs_weight;
-        let tip_discs = s.discs_tip.columns(0, 3).transpose();
+        let tip_discs = s.discs_tip.columns(0, s.tip_tip.nrows()).transpose();
         match change {
             Change::LogModulus => None,
             Change::Softness(group) => {
@@ -136,7 +152,7 @@ impl<'a> Forward<'a> {
             }
             Change::Blocks(d) => {
                 let ds = &d.sites[site];
-                let dtip = ds.discs_tip.columns(0, 3).transpose();
+                let dtip = ds.discs_tip.columns(0, s.tip_tip.nrows()).transpose();
                 // d(M⁻¹ C_D·) = M⁻¹ (dC_D· − dC_DD M⁻¹ C_D·)
                 let dpull = &self.inverse * (&ds.discs_tip - &d.discs_discs * &pull);
                 let dweight = &self.inverse * (&d.discs_weight - &d.discs_discs * &pull_weight);
@@ -171,11 +187,10 @@ impl<'a> Forward<'a> {
         let tip = match self.driven {
             Driven::ByWrench => DVector::from_fn(modes, |i, _| drive[i]),
             Driven::ByStage => {
-                let held = self.held(site);
-                let wanted =
-                    drive.fixed_rows::<3>(0) * self.modulus - held.tip_weight.column(0) * drive[WEIGHT];
-                let wanted = DVector::from_column_slice(wanted.as_slice());
-                held.tip_tip.columns(0, 3).into_owned().lu().solve(&wanted)?
+                let held = &self.held[site];
+                let grip = &self.grips[site];
+                &grip.by_drive * drive * self.modulus
+                    - &grip.tangent * held.tip_weight.column(0) * drive[WEIGHT]
             }
         };
         let discs = -(&self.inverse * (&s.discs_tip * &tip + b.discs_weight.column(0) * drive[WEIGHT]));
@@ -186,18 +201,16 @@ impl<'a> Forward<'a> {
     pub fn predict(&self) -> Option<Prediction> {
         (0..self.blocks.sites.len())
             .map(|site| {
-                let held = self.held(site);
+                let held = &self.held[site];
                 match self.driven {
-                    Driven::ByWrench => Some(self.by_wrench(&held)),
+                    Driven::ByWrench => Some(self.by_wrench(held)),
                     Driven::ByStage => {
-                        let inverse = held.tip_tip.columns(0, 3).into_owned().try_inverse()?;
-                        let mut force = DMatrix::zeros(3, DRIVE);
-                        let mut markers = DMatrix::zeros(held.markers_tip.nrows(), DRIVE);
-                        let carried = held.markers_tip.columns(0, 3) * &inverse;
-                        force.columns_mut(0, 3).copy_from(&(&inverse * self.modulus));
-                        force.column_mut(WEIGHT).copy_from(&(-(&inverse * &held.tip_weight)).column(0));
-                        let sag = (&held.markers_weight - &carried * &held.tip_weight) / self.modulus;
-                        markers.columns_mut(0, 3).copy_from(&carried);
+                        let grip = &self.grips[site];
+                        let sag = &grip.tangent * &held.tip_weight;
+                        let mut force = total(&grip.by_drive) * self.modulus;
+                        force.column_mut(WEIGHT).copy_from(&-total(&sag).column(0));
+                        let mut markers = &held.markers_tip * &grip.by_drive;
+                        let sag = (&held.markers_weight - &held.markers_tip * sag) / self.modulus;
                         markers.column_mut(WEIGHT).copy_from(&sag.column(0));
                         Some(SitePrediction { force, markers })
                     }
@@ -219,50 +232,53 @@ impl<'a> Forward<'a> {
     pub fn derivative(&self, change: &Change<'_>) -> Option<Prediction> {
         (0..self.blocks.sites.len())
             .map(|site| {
-                let held = self.held(site);
+                let held = &self.held[site];
                 let moved = self.held_change(site, change);
                 match self.driven {
                     Driven::ByWrench => Some(match moved {
                         Some(moved) => self.by_wrench(&moved),
                         None => {
-                            let mut p = self.by_wrench(&held);
+                            let mut p = self.by_wrench(held);
                             p.markers *= -1.0;
                             p
                         }
                     }),
                     Driven::ByStage => {
-                        let h = held.tip_tip.columns(0, 3).into_owned().try_inverse()?;
-                        let mut force = DMatrix::zeros(3, DRIVE);
-                        let mut markers = DMatrix::zeros(held.markers_tip.nrows(), DRIVE);
-                        match moved {
+                        let grip = &self.grips[site];
+                        let sag = &grip.tangent * &held.tip_weight;
+                        Some(match moved {
                             None => {
-                                let carried = held.markers_tip.columns(0, 3) * &h;
-                                force.columns_mut(0, 3).copy_from(&(&h * self.modulus));
-                                let sag =
-                                    (&held.markers_weight - &carried * &held.tip_weight) / -self.modulus;
+                                let force = total(&grip.by_drive) * self.modulus;
+                                let mut markers = DMatrix::zeros(held.markers_tip.nrows(), DRIVE);
+                                let sag = (&held.markers_weight - &held.markers_tip * sag) / -self.modulus;
                                 markers.column_mut(WEIGHT).copy_from(&sag.column(0));
+                                SitePrediction { force, markers }
                             }
                             Some(moved) => {
-                                let dh = -(&h * moved.tip_tip.columns(0, 3) * &h);
-                                let carried = held.markers_tip.columns(0, 3) * &h;
-                                let dcarried = moved.markers_tip.columns(0, 3) * &h
-                                    + held.markers_tip.columns(0, 3) * &dh;
-                                force.columns_mut(0, 3).copy_from(&(&dh * self.modulus));
-                                let dforce = -(&dh * &held.tip_weight + &h * &moved.tip_weight);
-                                force.column_mut(WEIGHT).copy_from(&dforce.column(0));
+                                let by_drive = grip.change(&moved.tip_tip);
+                                let dsag = grip.tangent_change(&moved.tip_tip) * &held.tip_weight
+                                    + &grip.tangent * &moved.tip_weight;
+                                let mut force = total(&by_drive) * self.modulus;
+                                force.column_mut(WEIGHT).copy_from(&-total(&dsag).column(0));
+                                let mut markers =
+                                    &moved.markers_tip * &grip.by_drive + &held.markers_tip * by_drive;
                                 let dsag = (&moved.markers_weight
-                                    - &dcarried * &held.tip_weight
-                                    - &carried * &moved.tip_weight)
+                                    - &moved.markers_tip * sag
+                                    - &held.markers_tip * dsag)
                                     / self.modulus;
-                                markers.columns_mut(0, 3).copy_from(&dcarried);
                                 markers.column_mut(WEIGHT).copy_from(&dsag.column(0));
+                                SitePrediction { force, markers }
                             }
-                        }
-                        Some(SitePrediction { force, markers })
+                        })
                     }
                 }
             })
             .collect::<Option<Vec<_>>>()
             .map(|sites| Prediction { sites })
     }
+}
+
+/// Sum over the ports: `3 × columns`.
+fn total(on_ports: &DMatrix<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(3, on_ports.ncols(), |i, j| on_ports.column(j).iter().skip(i).step_by(3).sum())
 }

@@ -12,7 +12,7 @@
 //! be explained by restraint. Markers are weighed by their noise alone: hundreds of them at 50 µm say less about any
 //! one displacement than the elements know.
 
-use super::evidence::{Driven, Evidence, Reading};
+use super::evidence::{DRIVE, Driven, Evidence, Reading};
 use super::forward::Prediction;
 use super::problem::Linearised;
 use crate::geometry::{Mat3, Vec3};
@@ -39,18 +39,17 @@ impl<'a> Whitening<'a> {
     /// Without the stage's own noise. `elements_sd` is the relative standard deviation of what the elements get wrong at one
     /// site, independent between sites.
     pub fn new(evidence: &'a Evidence, elements_sd: f64) -> Self {
-        Self::through(evidence, elements_sd, |_| Mat3::zeros())
+        Self::through(evidence, elements_sd, |_| DMatrix::zeros(3, DRIVE))
     }
 
     /// As this one, with the stage's noise carried into the force by the stiffness of `prediction`.
     pub fn near(&self, prediction: &Prediction) -> Self {
-        let smallest = Self::through(self.evidence, self.smallest_sd, |site| {
-            prediction.sites[site].force.fixed_view::<3, 3>(0, 0).into_owned()
-        });
+        let smallest =
+            Self::through(self.evidence, self.smallest_sd, |site| prediction.sites[site].force.clone());
         smallest.with_elements(self.elements_sd)
     }
 
-    fn through(evidence: &'a Evidence, elements_sd: f64, stiffness: impl Fn(usize) -> Mat3) -> Self {
+    fn through(evidence: &'a Evidence, elements_sd: f64, stiffness: impl Fn(usize) -> DMatrix<f64>) -> Self {
         let noise = &evidence.noise;
         let diagonal = |sd: [f64; 3]| Mat3::from_diagonal(&Vec3::from(sd.map(|s| s * s)));
         let force = (0..evidence.sites.len())
@@ -58,7 +57,7 @@ impl<'a> Whitening<'a> {
                 let b = stiffness(site);
                 let mut covariance = diagonal(noise.force_n);
                 if evidence.driven == Driven::ByStage {
-                    covariance += b * diagonal(noise.stage_m) * b.transpose();
+                    covariance += &b * evidence.sites[site].drive_noise * b.transpose();
                 }
                 // Positive definite: a diagonal of positive variances plus a square.
                 covariance.cholesky().map_or_else(Mat3::identity, |c| c.l()).try_inverse().unwrap_or_default()

@@ -1,6 +1,6 @@
 //! What is left, row by row: the sums that `fit.json` reports, over all rows inside poke intervals.
 
-use super::evidence::{DRIVE, DriveTrack, Driven, Evidence, drive_variance};
+use super::evidence::{DriveTrack, Driven, Evidence};
 use super::forward::Prediction;
 use super::result::Residual;
 use crate::clock::Rows;
@@ -26,7 +26,7 @@ pub(super) fn leftovers(
     parameters: usize,
 ) -> Left {
     let noise = &evidence.noise;
-    let drive = DriveTrack::new(recording, evidence.driven);
+    let drive = DriveTrack::new(recording, evidence.driven, &evidence.lifts, noise);
     let markers = recording.markers.numbers.len();
     let (mut force_sum, mut force_n, mut force_chi2) = (0.0, 0.0, 0.0);
     let (mut marker_sum, mut marker_n, mut marker_chi2) = (0.0, 0.0, 0.0);
@@ -35,7 +35,6 @@ pub(super) fn leftovers(
     let mut variance_force = 0.0;
     let mut per_poke = vec![0.0; recording.pokes.len()];
     // The drive's own noise moves all markers of a frame together.
-    let drive_variance = drive_variance(noise, evidence.driven);
     let (mut expected_marker, mut variance_frames) = (0.0, 0.0);
     for (site, map) in evidence.sites.iter().zip(&prediction.sites) {
         for &index in &site.pokes {
@@ -43,17 +42,18 @@ pub(super) fn leftovers(
             let (mut chi2, mut values) = (0.0, 0.0);
             if evidence.driven == Driven::ByStage {
                 for i in Rows::new(&recording.wrench.time_s).within(poke.start_s, poke.end_s) {
-                    let Some(x) = drive.at(recording.wrench.time_s[i], poke.start_s, poke.end_s) else {
+                    let Some(x) = drive.at(recording.wrench.time_s[i], index) else {
                         continue;
                     };
-                    let left = Vec3::from(recording.wrench.force_n[i]) - &map.force * x;
+                    let left = Vec3::from(recording.wrench.force_n[i]) - &map.force * x.x;
+                    let own = x.noise;
                     for axis in 0..3 {
                         let variance = noise.force_n[axis].powi(2);
                         force_sum += left[axis] * left[axis];
                         chi2 += left[axis] * left[axis] / variance;
                         // The stage's own noise shows in the force through the phantom's stiffness.
-                        let through: f64 =
-                            (0..3).map(|k| (map.force[(axis, k)] * noise.stage_m[k]).powi(2)).sum();
+                        let row = map.force.row(axis);
+                        let through = (row * own).dot(&row);
                         let expected = 1.0 + through / variance;
                         expected_force += expected;
                         variance_force += 2.0 * expected * expected;
@@ -65,7 +65,7 @@ pub(super) fn leftovers(
             }
             let mut frame = None;
             let mut frame_through = 0.0;
-            for (row, x) in drive.marker_rows(poke) {
+            for (row, x) in drive.marker_rows(index) {
                 if frame != Some(row.frame) {
                     variance_frames += 2.0 * frame_through * frame_through;
                     (frame, frame_through) = (Some(row.frame), 0.0);
@@ -73,13 +73,14 @@ pub(super) fn leftovers(
                 let m = row.marker as usize;
                 let (rest, rest_rows) = evidence.rest[m];
                 let moved = Vec3::from(row.position_m) - rest;
-                let modelled = map.markers.rows(3 * m, 3) * x;
+                let modelled = map.markers.rows(3 * m, 3) * x.x;
+                let own = x.noise;
                 for axis in 0..3 {
                     let left = moved[axis] - modelled[axis];
                     marker_sum += left * left;
                     let variance = noise.marker_m[axis].powi(2) * (1.0 + 1.0 / rest_rows.max(1) as f64);
-                    let through: f64 =
-                        (0..DRIVE).map(|k| map.markers[(3 * m + axis, k)].powi(2) * drive_variance[k]).sum();
+                    let row = map.markers.row(3 * m + axis);
+                    let through = (row * own).dot(&row);
                     frame_through += through / variance;
                     expected_marker += 1.0 + through / variance;
                     marker_chi2 += left * left / variance;

@@ -85,8 +85,9 @@ pub fn candidates(
             let mut tip = Vec::new();
             let mut under_tip = Vec::new();
             for site in 0..problem.bench.tips.len() {
-                let under = problem.bench.tip_response(site).at(&spot);
-                tip.push(under.columns(0, 3).transpose());
+                let response = problem.bench.tip_response(site);
+                let under = response.at(&spot);
+                tip.push(under.columns(0, response.seen()).transpose());
                 under_tip.push(under);
             }
             let mut markers = DMatrix::zeros(3 * problem.adjoint.len(), 3);

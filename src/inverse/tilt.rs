@@ -1,4 +1,4 @@
-//! Whether a rigid flat tip may be left free to turn: its response to a force → how much stiffer it would be, were
+//! Whether a rigid flat tip on ground that is not flat may be left free to turn: its response to a force → how much stiffer it would be, were
 //! its rotation held as the stage holds it.
 //!
 //! The model's tip carries a force and no moment. Under a force `f` the face turns by `G f`; a moment turns it by
@@ -18,8 +18,10 @@ const NEGLIGIBLE: f64 = 0.01;
 /// Refuses a rigid tip whose held rotation would change its stiffness by more than one per cent.
 pub(super) fn turns_little(bench: &Bench, evidence: &Evidence) -> Result<(), InverseError> {
     for (site, tip) in bench.tips.iter().enumerate() {
-        let TipResponse::Traction(response) = bench.tip_response(site) else { continue };
-        let share = left_out(&bench.model, tip, response);
+        let TipResponse::Ports { responses, .. } = bench.tip_response(site) else { continue };
+        // A tip that reads its displacement in one port is free to turn.
+        let ([port], [response]) = (tip.ports(), &responses[..]) else { continue };
+        let share = left_out(&bench.model, port, response);
         if share > NEGLIGIBLE {
             return Err(InverseError::TipTurns {
                 site_m: evidence.sites[site].centre.into(),

@@ -2,12 +2,13 @@
 
 use super::evidence::{Drive, DriveTrack, Driven, Evidence};
 use super::forward::{Forward, Prediction};
+use super::lift::Driving;
 use super::problem::Problem;
 use super::restraint::Mounted;
 use super::result::{MarkerView, PokeView, Sample};
 use crate::clock::Rows;
 use crate::geometry::Vec3;
-use crate::observation::{Poke, Recording};
+use crate::observation::Recording;
 
 /// One view a poke, in the recording's order.
 pub(super) fn poke_views(
@@ -19,7 +20,7 @@ pub(super) fn poke_views(
     prediction: &Prediction,
     chi2_per_value: &[f64],
 ) -> Vec<PokeView> {
-    let drive = DriveTrack::new(recording, evidence.driven);
+    let drive = DriveTrack::new(recording, evidence.driven, &evidence.lifts, &evidence.noise);
     let mut views: Vec<(usize, PokeView)> = Vec::with_capacity(recording.pokes.len());
     for (s, (site, map)) in evidence.sites.iter().zip(&prediction.sites).enumerate() {
         for &index in &site.pokes {
@@ -28,15 +29,18 @@ pub(super) fn poke_views(
             let mut deepest: Option<(f64, f64, Drive)> = None;
             for i in Rows::new(&recording.wrench.time_s).within(poke.start_s, poke.end_s) {
                 let time_s = recording.wrench.time_s[i];
-                let Some(x) = drive.at(time_s, poke.start_s, poke.end_s) else { continue };
+                let Some(Driving { x, depth_m, .. }) = drive.at(time_s, index) else { continue };
                 let modelled = match evidence.driven {
                     Driven::ByStage => &map.force * x,
                     Driven::ByWrench => nalgebra::DVector::from_column_slice(&x.as_slice()[..3]),
                 };
-                let along = x.fixed_rows::<3>(0).dot(&poke.direction);
+                let along = match evidence.driven {
+                    Driven::ByStage => depth_m,
+                    Driven::ByWrench => x.fixed_rows::<3>(0).dot(&poke.direction),
+                };
                 samples.push(Sample {
                     time_s,
-                    depth_m: if evidence.driven == Driven::ByStage { along } else { 0.0 },
+                    depth_m,
                     measured_n: recording.wrench.force_n[i],
                     modelled_n: std::array::from_fn(|k| modelled[k]),
                 });
@@ -54,7 +58,7 @@ pub(super) fn poke_views(
                     radius_m: poke.radius_m,
                     deepest_s,
                     node_displacement_m: displaced(recording, problem, mounted, forward, s, &x),
-                    markers: markers(recording, evidence, poke, deepest_s, &drive, &map.markers),
+                    markers: markers(recording, evidence, index, deepest_s, &drive, &map.markers),
                     samples,
                     chi2_per_value: chi2_per_value[index],
                 },
@@ -97,18 +101,19 @@ fn displaced(
 fn markers(
     recording: &Recording,
     evidence: &Evidence,
-    poke: &Poke,
+    index: usize,
     at_s: f64,
     drive: &DriveTrack<'_>,
     map: &nalgebra::DMatrix<f64>,
 ) -> Vec<MarkerView> {
     let times = &recording.markers.frame_time_s;
+    let poke = &recording.pokes[index];
     let frames = Rows::new(times).within(poke.start_s, poke.end_s);
     let Some(frame) = frames.min_by(|&a, &b| (times[a] - at_s).abs().total_cmp(&(times[b] - at_s).abs()))
     else {
         return Vec::new();
     };
-    let Some(x) = drive.at(times[frame], poke.start_s, poke.end_s) else { return Vec::new() };
+    let Some(Driving { x, .. }) = drive.at(times[frame], index) else { return Vec::new() };
     let rows = &recording.markers.rows;
     let first = rows.partition_point(|r| (r.frame as usize) < frame);
     rows[first..]

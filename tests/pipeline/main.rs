@@ -4,3 +4,4 @@ mod jacobian;
 mod practice;
 mod published;
 mod published_recording;
+mod tips;

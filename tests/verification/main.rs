@@ -15,5 +15,6 @@ mod linear_half_space;
 mod linear_mesh;
 mod linear_reciprocity;
 mod linear_system;
+mod linear_tips;
 mod material_closed_forms;
 mod material_derivatives;

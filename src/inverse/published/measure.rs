@@ -32,7 +32,7 @@ pub(super) struct Measurement {
 /// One measurement a poke in the recording's order; pokes without a frame in which markers and wrench are known
 /// are left out.
 pub(super) fn measurements(recording: &Recording, evidence: &Evidence) -> Vec<Measurement> {
-    let wrench = DriveTrack::new(recording, Driven::ByWrench);
+    let wrench = DriveTrack::new(recording, Driven::ByWrench, &evidence.lifts, &evidence.noise);
     let mut found: Vec<Measurement> = evidence
         .sites
         .iter()
@@ -56,7 +56,7 @@ fn measure(
     let stage = recording.stage.as_ref().map(|s| (Rows::new(&s.time_s), &s.displacement_m));
     // How large the load is: by depth (m) where a stage was recorded, else by force (N).
     let load = |at_s: f64| {
-        let force = wrench.at(at_s, limits.start_s, limits.end_s)?;
+        let force = wrench.at(at_s, poke)?.x;
         let Some((rows, displacement)) = &stage else { return Some(force.fixed_rows::<3>(0).norm()) };
         let depth = rows.at(displacement, at_s, limits.start_s, limits.end_s)?;
         Some(Vec3::from(depth).dot(&limits.direction))
@@ -80,7 +80,7 @@ fn measure(
         poke,
         site,
         time_s: times[frame],
-        wrench: wrench.at(times[frame], limits.start_s, limits.end_s)?,
+        wrench: wrench.at(times[frame], poke)?.x,
         displacement: DVector::from_iterator(3 * seen.len(), rows.iter().flat_map(moved)),
         error_m: error2.sqrt(),
         seen,
