@@ -9,9 +9,9 @@ use super::blocks::Bench;
 use super::error::InverseError;
 use super::evidence::{Driven, Evidence, Site};
 use super::lift::entered;
-use super::limit::{Finer, Level, in_the_limit};
-use super::outcome::{Found, elements_sd, first_elements_sd, outcome};
-use super::problem::{Linearised, Problem};
+use super::limit::{Finer, Level, settle};
+use super::outcome::{Elements, Found, outcome};
+use super::problem::{Linearised, Problem, State};
 use super::residual::Whitening;
 use super::result::Fit;
 use super::search::{candidates, search};
@@ -76,10 +76,12 @@ pub fn fit(
     }
     progress(Progress::Building { unknowns: 0 });
     let tips = tips(recording, &evidence)?;
+    let elements = Elements::of(settings);
     let first = level(recording, &evidence, &first_mesh(recording, &tips)?, settings)?;
     progress(Progress::Building { unknowns: first.bench.model.unknowns() });
     turns_little(&first.bench, &evidence)?;
-    let mut problem = Problem::new(&evidence, first.bench, first.search, first_elements_sd(settings))?;
+    let held = first.bench.model.space().surface(FIXED).to_vec();
+    let mut problem = Problem::new(&evidence, first.bench, first.search, held, elements.search)?;
     let places = candidates(&problem, settings.patch_radius_m, SPACING * settings.patch_radius_m)?;
     let [low, high] = recording.phantom.modulus_range_pa;
     let mut tell = |at: &Linearised| {
@@ -88,20 +90,23 @@ pub fn fit(
             misfit: at.chi2() / at.residual.len() as f64,
         });
     };
-    let found = search(&mut problem, (low * high).sqrt(), settings.patch_radius_m, &places, &mut tell)?;
-    let finer = if settings.quick {
-        None
-    } else {
+    let start = State { modulus: (low * high).sqrt(), patches: Vec::new() };
+    let radius = settings.patch_radius_m;
+    let mut found = search(&mut problem, None, &start, radius, &places, &mut tell)?;
+    let mut finest = None;
+    if !settings.quick {
         // A patch close to a side of the body needs that side resolved, as a tip does.
         let discs: Vec<Spot> = tips.into_iter().chain(discs(recording, &found)?).collect();
-        problem.whitening = Whitening::new(&evidence, elements_sd(settings));
-        Some(finer(recording, &evidence, &discs, settings)?)
-    };
-    let found = in_the_limit(&mut problem, finer.as_ref(), found, &mut tell)?;
+        let finer = finer(recording, &evidence, &discs, settings)?;
+        found = search(&mut problem, Some(&finer), &found.state, radius, &places, &mut tell)?;
+        finest = Some(finer);
+    }
+    problem.whitening = Whitening::new(&evidence, elements.site);
+    let found = settle(&mut problem, finest.as_ref(), found)?;
     outcome(
         recording,
         settings,
-        &Found { evidence: &evidence, problem: &problem, at: &found, finer: finer.as_ref() },
+        &Found { evidence: &evidence, problem: &problem, at: &found, finer: finest.as_ref() },
     )
 }
 

@@ -1,9 +1,7 @@
 //! The limit of fine elements: the compliance on one moderate discretisation, corrected by two finer ones.
 //!
-//! Patches are searched for on the first discretisation, where a new place costs little. Elements err much alike
-//! wherever the body is loaded (most of it comes from the end of the glue), so that their errors cancel in what the
-//! restraint makes of the readings, as long as all compliances have them. What is left, and what the modulus is off by, is
-//! mended when the patches are known: what the first discretisation gets wrong, the extrapolation of the two finer ones (Richardson 1911) less its own word, is
+//! Everything that is searched and fitted stands on the first discretisation, where a new place costs little. What
+//! that discretisation gets wrong, the extrapolation of the two finer ones (Richardson 1911) less its own word, is
 //! added to its compliance, for patches where they stood when the correction was made. Fitting and correcting take turns until neither moves anything (defect correction, Stetter 1978): then the fit
 //! is that of the limit.
 
@@ -11,7 +9,7 @@ use super::blocks::{Bench, Blocks};
 use super::error::InverseError;
 use super::forward::Group;
 use super::problem::{Linearised, Problem};
-use super::refit::{Descent, GOOD_ENOUGH, descend};
+use super::refit::{Descent, GOOD_ENOUGH, SETTLED, descend, unit};
 use super::restraint::{Mounted, Restraint};
 use super::search::pruned;
 use crate::fem::Discretisation;
@@ -68,29 +66,26 @@ const ROUNDS: usize = 12;
 /// Rounds in which the size of the elements' error is estimated anew; later it stays, so that the fit can settle.
 const ESTIMATES: usize = 4;
 
-/// Carries `at` to the limit: corrects, refits and takes out what is not significant there, until nothing changes.
-pub(super) fn in_the_limit(
+/// Fits and corrects in turns, estimates what the elements get wrong from what is left, and takes out what is not
+/// significant then, until nothing changes.
+pub(super) fn settle(
     problem: &mut Problem<'_>,
     finer: Option<&Finer>,
     mut at: Linearised,
-    mut tell: impl FnMut(&Linearised),
 ) -> Result<Linearised, InverseError> {
     for round in 0..ROUNDS {
-        let patches = &at.state.patches;
         if let Some(finer) = finer {
-            let first = Mounted::new(&problem.bench, &problem.search, patches)?;
-            problem.correction = Some(finer.correction(&first, patches)?);
+            problem.correct(finer, &at.state.patches)?;
         }
         at = problem.linearise(&at.state)?;
         problem.whitening = problem.whitening.near(&at.prediction);
         if round < ESTIMATES {
             problem.whitening = problem.whitening.with_likeliest_elements(&at);
         }
-        let Descent { at: fitted, steps, unfinished } = descend(problem, &at.state, GOOD_ENOUGH)?;
+        let Descent { at: fitted, gained, unfinished } = descend(problem, &at.state, GOOD_ENOUGH)?;
         let count = at.state.patches.len();
         at = pruned(problem, fitted)?;
-        tell(&at);
-        if steps == 0 && unfinished.is_none() && at.state.patches.len() == count {
+        if gained < SETTLED * unit(&at) && unfinished.is_none() && at.state.patches.len() == count {
             return Ok(at);
         }
     }

@@ -35,36 +35,30 @@ pub(super) struct Found<'a> {
 /// the size is followed by an unstructured mesh only to about a quarter.
 const LEFT_OF_EXTRAPOLATION: f64 = 0.25;
 
-/// Relative standard deviation of the stiffness under a tip that elements leave: that of one site against the others, and
-/// that common to all. Extrapolated: what P2 leaves away from the end of the glue at the longest edge that
+/// Relative standard deviation of the stiffness under a tip that elements leave.
+///
+/// Extrapolated: what P2 leaves away from the end of the glue at the longest edge that
 /// [`Resolution`](crate::fem::Resolution) allows (see the refinement study in the tests). A quick fit stays on one
 /// discretisation; its error was up to the common figure on slabs with free glue ends. P1, offered for comparison,
 /// locks.
-struct Elements {
-    site: f64,
+pub(super) struct Elements {
+    /// Of one site against the others, taken while patches are searched for: cautious, because what is not carried
+    /// here is explained by patches.
+    pub(super) search: f64,
+    /// Of one site against the others, at least.
+    pub(super) site: f64,
+    /// Common to all sites.
     common: f64,
 }
 
-const EXTRAPOLATED: Elements = Elements { site: 1e-3, common: 1e-3 };
-const QUICK: Elements = Elements { site: 0.01, common: 0.02 };
-const FIRST_ORDER: Elements = Elements { site: 0.05, common: 0.2 };
-
-fn elements(settings: &Settings) -> Elements {
-    match (settings.element, settings.quick) {
-        (Order::P1, _) => FIRST_ORDER,
-        (Order::P2, true) => QUICK,
-        (Order::P2, false) => EXTRAPOLATED,
+impl Elements {
+    pub(super) fn of(settings: &Settings) -> Self {
+        match (settings.element, settings.quick) {
+            (Order::P1, _) => Self { search: 0.05, site: 0.05, common: 0.2 },
+            (Order::P2, true) => Self { search: 3e-3, site: 3e-3, common: 0.02 },
+            (Order::P2, false) => Self { search: 3e-3, site: 1e-3, common: 1e-3 },
+        }
     }
-}
-
-/// As [`elements_sd`], before any correction.
-pub(super) fn first_elements_sd(settings: &Settings) -> f64 {
-    elements(&Settings { quick: true, ..*settings }).site
-}
-
-/// Relative standard deviation of what the elements get wrong at one site against the others.
-pub(super) fn elements_sd(settings: &Settings) -> f64 {
-    elements(settings).site
 }
 
 /// A softness closer to zero than this many deviations cannot be told from glue (95 %, one-sided).
@@ -216,7 +210,7 @@ fn discretisation_covariance(settings: &Settings, found: &Found<'_>) -> Result<D
     let (at, problem) = (found.at, found.problem);
     let n = at.parameters.len();
     let mut covariance = DMatrix::zeros(n, n);
-    covariance[(0, 0)] += elements(settings).common.powi(2);
+    covariance[(0, 0)] += Elements::of(settings).common.powi(2);
     if let Some(correction) = &problem.correction {
         let patches = &at.state.patches;
         let mut finest = Mounted::new(&problem.bench, &problem.search, patches)?;

@@ -4,7 +4,7 @@ use super::blocks::{Bench, Blocks};
 use super::error::InverseError;
 use super::evidence::Evidence;
 use super::forward::{Change, Forward, Prediction};
-use super::limit::Correction;
+use super::limit::{Correction, Finer};
 use super::residual::Whitening;
 use super::restraint::{Mounted, Restraint};
 use crate::fem::Response;
@@ -41,6 +41,8 @@ pub struct Problem<'a> {
     pub bench: Bench,
     /// Faces of the search surface.
     pub search: Vec<usize>,
+    /// Faces of the known glue.
+    pub held: Vec<usize>,
     /// Responses to a force on each marker, by which their compliance with any place on the surface is known;
     /// without them patches keep their places.
     pub adjoint: Vec<Response>,
@@ -89,11 +91,12 @@ impl<'a> Problem<'a> {
         evidence: &'a Evidence,
         bench: Bench,
         search: Vec<usize>,
+        held: Vec<usize>,
         elements_sd: f64,
     ) -> Result<Self, InverseError> {
         let adjoint = bench.model.respond(&bench.markers.iter().collect::<Vec<_>>())?;
         let whitening = Whitening::new(evidence, elements_sd);
-        Ok(Self { evidence, bench, search, adjoint, correction: None, whitening })
+        Ok(Self { evidence, bench, search, held, adjoint, correction: None, whitening })
     }
 
     /// Puts restraint on the model.
@@ -113,6 +116,13 @@ impl<'a> Problem<'a> {
     pub fn residual(&self, mounted: &Mounted, modulus: f64) -> Result<DVector<f64>, InverseError> {
         let prediction = self.forward(mounted, modulus)?.predict().ok_or(NOT_POSITIVE)?;
         Ok(self.whitening.residual(&prediction))
+    }
+
+    /// Corrects the model for `patches` where they are.
+    pub fn correct(&mut self, finer: &Finer, patches: &[Restraint]) -> Result<(), InverseError> {
+        let first = Mounted::new(&self.bench, &self.search, patches)?;
+        self.correction = Some(finer.correction(&first, patches)?);
+        Ok(())
     }
 
     /// What the readings would be.

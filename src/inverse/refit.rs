@@ -16,6 +16,10 @@ pub(super) const GOOD_ENOUGH: f64 = 1e-2;
 
 const ITERATIONS: usize = 60;
 
+/// Weights and correction have settled when renewing them lets the misfit fall by less than this, in units of what is
+/// left per reading: a third of a standard deviation of one parameter at most.
+pub(super) const SETTLED: f64 = 0.1;
+
 /// A descent that comes to rest while more than this is still promised, in units of what is left per reading, has not
 /// converged: that is a whole standard deviation.
 const STILL_PROMISED: f64 = 1.0;
@@ -85,19 +89,19 @@ impl Damping {
 pub(super) struct Descent {
     /// Where.
     pub(super) at: Linearised,
-    /// Steps taken.
-    pub(super) steps: usize,
+    /// How much the sum of squares fell.
+    pub(super) gained: f64,
     /// What a further step would still promise, when the descent did not converge.
     pub(super) unfinished: Option<f64>,
 }
 
 /// Goes down from `start` until the promised gain is below `enough` in units of what is left per reading, or no step
-/// however short lowers the misfit any more, or steps run out. A step to where the model has no answer (a spot off the
-/// body, a compliance that is not positive definite) is refused like one that raises the misfit.
+/// however short lowers the misfit any more, or steps run out. A step to where the model has no
+/// answer is refused like one that raises the misfit.
 pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Result<Descent, InverseError> {
     let mut at = problem.linearise(start)?;
     let mut damping = Damping::default();
-    let mut steps = 0;
+    let start = at.chi2();
     // What the first step promised that was refused since one was taken.
     let mut refused: Option<f64> = None;
     for _ in 0..ITERATIONS {
@@ -122,9 +126,8 @@ pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Resu
             Some((gain, tried)) if gain > 0.0 => {
                 damping.accepted(gain / promised);
                 (at, refused) = (tried, None);
-                steps += 1;
                 if gain < enough {
-                    return Ok(Descent { at, steps, unfinished: None });
+                    return Ok(Descent { gained: start - at.chi2(), at, unfinished: None });
                 }
             }
             _ => {
@@ -137,7 +140,18 @@ pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Resu
         }
     }
     let unfinished = refused.filter(|promised| *promised > STILL_PROMISED * unit(&at));
-    Ok(Descent { at, steps, unfinished })
+    Ok(Descent { gained: start - at.chi2(), at, unfinished })
+}
+
+/// `None` where the model has no answer: a spot off the body, a compliance that is not positive definite.
+pub(super) fn where_answered<T>(tried: Result<T, InverseError>) -> Result<Option<T>, InverseError> {
+    match tried {
+        Ok(tried) => Ok(Some(tried)),
+        Err(InverseError::Undetermined { .. } | InverseError::Fem(FemError::DiscOffSurface { .. })) => {
+            Ok(None)
+        }
+        Err(other) => Err(other),
+    }
 }
 
 /// Minimises the whitened sum of squares from `start`. Ending where much is still promised is an error, not a result.

@@ -8,8 +8,9 @@
 
 use super::error::InverseError;
 use super::forward::{Change, Forward, NewDisc};
+use super::limit::Finer;
 use super::problem::{Linearised, Parameter, Problem, State};
-use super::refit::{Descent, descend, refit, unit};
+use super::refit::{Descent, GOOD_ENOUGH, SETTLED, descend, refit, unit, where_answered};
 use super::restraint::{Mounted, Restraint};
 use crate::fem::{Spot, disc_self_compliance};
 use crate::geometry::Vec3;
@@ -151,45 +152,147 @@ pub(super) fn best_candidate(
         .map(|(i, g)| (i, *g)))
 }
 
-/// Finds modulus and patches from nothing.
+/// Finds modulus and patches from `start`, in the limit of fine elements when `finer` ones are given.
+///
+/// Patches are added and taken out until nothing changes; then the weights and the correction are renewed at what was
+/// found; and so on until that changes nothing either.
 pub fn search(
     problem: &mut Problem<'_>,
-    start_modulus: f64,
+    finer: Option<&Finer>,
+    start: &State,
     patch_radius_m: f64,
     candidates: &[Candidate],
-    mut tell: impl FnMut(&Linearised),
+    tell: &mut impl FnMut(&Linearised),
 ) -> Result<Linearised, InverseError> {
-    let mut at = refit(problem, &State { modulus: start_modulus, patches: Vec::new() })?;
-    problem.whitening = problem.whitening.near(&at.prediction);
+    let mut looking = Looking { problem, finer, patch_radius_m, candidates };
+    looking.correct(&start.patches)?;
+    let mut at = refit(looking.problem, start)?;
     for _ in 0..ROUNDS {
         tell(&at);
-        let Some(grown) = grown(problem, &at, patch_radius_m, candidates)? else { break };
-        at = pruned(problem, settle_glue(problem, grown)?)?;
+        looking.problem.whitening = looking.problem.whitening.near(&at.prediction);
+        looking.correct(&at.state.patches)?;
+        let Descent { at: renewed, gained, .. } = descend(looking.problem, &at.state, GOOD_ENOUGH)?;
+        let (found, changes) = looking.settled(renewed)?;
+        at = refit(looking.problem, &found.state)?;
+        if changes == 0 && gained < SETTLED * unit(&at) {
+            return Ok(at);
+        }
     }
-    refit(problem, &at.state)
+    Err(InverseError::NotSettled { rounds: ROUNDS, patches: at.state.patches.len() })
 }
 
-/// With one more patch, where one is worthwhile.
-fn grown(
-    problem: &Problem<'_>,
-    at: &Linearised,
+/// A search under way.
+struct Looking<'s, 'p> {
+    problem: &'s mut Problem<'p>,
+    finer: Option<&'s Finer>,
     patch_radius_m: f64,
-    candidates: &[Candidate],
-) -> Result<Option<Linearised>, InverseError> {
-    // A patch has three parameters; what is left must still be judged.
-    let spare = at.residual.len().saturating_sub(at.parameters.len());
-    if at.state.patches.len() >= MOST_PATCHES || spare <= 3 {
-        return Ok(None);
+    candidates: &'s [Candidate],
+}
+
+impl Looking<'_, '_> {
+    /// Corrects the model for patches where they are, when there are finer elements to correct it by. Elements err
+    /// much alike wherever the body is loaded (most of it comes from the end of the glue), and that cancels when all
+    /// compliances have it: a patch that is not corrected among others that are would be worse than none corrected.
+    fn correct(&mut self, patches: &[Restraint]) -> Result<(), InverseError> {
+        if let Some(finer) = self.finer {
+            self.problem.correct(finer, patches)?;
+        }
+        Ok(())
     }
-    let Some((best, promised)) = best_candidate(problem, at, candidates)? else { return Ok(None) };
-    let enough = worthwhile(problem, at)?;
-    if promised < enough {
-        return Ok(None);
+
+    /// Adds and takes out patches until nothing changes any more; with the number of changes.
+    fn settled(&mut self, at: Linearised) -> Result<(Linearised, usize), InverseError> {
+        let before = at.state.patches.len();
+        let mut at = pruned(self.problem, at)?;
+        let mut changes = before - at.state.patches.len();
+        for _ in 0..ROUNDS {
+            let Some(grown) = self.grown(&at)? else { break };
+            at = self.settle_glue(grown)?;
+            at = pruned(self.problem, at)?;
+            changes += 1;
+        }
+        Ok((at, changes))
     }
-    let grown = with_patch(problem, at, candidates[best].centre, patch_radius_m)?;
-    // Where it converges does not matter yet: the next patch may move this one.
-    let Descent { at: grown, .. } = descend(problem, &grown, ROUGH)?;
-    Ok((at.chi2() - grown.chi2() >= enough && apart(&grown.state.patches)).then_some(grown))
+
+    /// With one more patch, where one is worthwhile.
+    fn grown(&mut self, at: &Linearised) -> Result<Option<Linearised>, InverseError> {
+        // A patch has three parameters; what is left must still be judged.
+        let spare = at.residual.len().saturating_sub(at.parameters.len());
+        if at.state.patches.len() >= MOST_PATCHES || spare <= 3 {
+            return Ok(None);
+        }
+        let Some((best, promised)) = best_candidate(self.problem, at, self.candidates)? else {
+            return Ok(None);
+        };
+        let enough = worthwhile(self.problem, at)?;
+        if promised < enough {
+            return Ok(None);
+        }
+        let mut state = at.state.clone();
+        let [_, local] = disc_self_compliance(self.patch_radius_m, self.problem.bench.model.poisson_ratio());
+        state.patches.push(Restraint {
+            centre: self.candidates[best].centre,
+            radius_m: self.patch_radius_m,
+            softness: local,
+            glued: false,
+        });
+        let before = self.problem.correction.take();
+        self.correct(&state.patches)?;
+        // Where it converges does not matter yet: the next patch may move this one.
+        let grown = best_softness(self.problem, state).and_then(|start| descend(self.problem, &start, ROUGH));
+        if let Some(Descent { at: grown, .. }) = where_answered(grown)?
+            && at.chi2() - grown.chi2() >= enough
+            && apart(self.problem, &grown.state.patches)
+        {
+            return Ok(Some(grown));
+        }
+        self.problem.correction = before;
+        Ok(None)
+    }
+
+    /// Replaces stiff patches (with any that sit on the same spot) by glue, where glue explains the recording as well.
+    fn settle_glue(&mut self, at: Linearised) -> Result<Linearised, InverseError> {
+        let mut at = at;
+        let mut tried: Vec<Vec3> = Vec::new();
+        loop {
+            let stiff = at.state.patches.iter().find(|patch| {
+                !patch.glued && nearly_glue(self.problem, patch) && !tried.contains(&patch.centre)
+            });
+            let Some(centre) = stiff.map(|patch| patch.centre) else { return Ok(at) };
+            tried.push(centre);
+            let before = self.problem.correction.take();
+            match self.glued_at(&at.state, centre)? {
+                Some(glued)
+                    if apart(self.problem, &glued.state.patches)
+                        && glued.chi2() - at.chi2() < ONE_LESS * spared(&at, &glued) * unit(&at) =>
+                {
+                    at = glued;
+                }
+                _ => self.problem.correction = before,
+            }
+        }
+    }
+
+    /// The best glued spot about `centre`: its radius first among a few, on the model without correction, then
+    /// together with everything else. `None` when no radius fits on the body.
+    fn glued_at(&mut self, state: &State, centre: Vec3) -> Result<Option<Linearised>, InverseError> {
+        let mut best: Option<(f64, State)> = None;
+        self.problem.correction = None;
+        for radius_m in GLUE_RADII_M {
+            let mut state = state.clone();
+            state.patches.retain(|other| (other.centre - centre).norm() > radius_m + other.radius_m);
+            state.patches.push(Restraint { centre, radius_m, softness: 0.0, glued: true });
+            // One that does not fit on the body, or not beside the others, is not among the choices.
+            let Ok(mounted) = self.problem.mount(&state.patches) else { continue };
+            let Ok((chi2, modulus)) = with_modulus(self.problem, &mounted, state.modulus) else { continue };
+            if best.as_ref().is_none_or(|(least, _)| chi2 < *least) {
+                best = Some((chi2, State { modulus, ..state }));
+            }
+        }
+        let Some((_, state)) = best else { return Ok(None) };
+        self.correct(&state.patches)?;
+        Ok(where_answered(descend(self.problem, &state, ROUGH))?.map(|descent| descent.at))
+    }
 }
 
 /// What a patch must lower the sum of squares by to be kept.
@@ -198,52 +301,31 @@ fn worthwhile(problem: &Problem<'_>, at: &Linearised) -> Result<f64, InverseErro
     Ok((SIGNIFICANT * unit(at)).max(WORTHWHILE_SHARE * (free - at.chi2())))
 }
 
-/// Whether every spring patch keeps clear of every glued spot. One that touches a spot is its outline, which need not be
-/// round.
-fn apart(patches: &[Restraint]) -> bool {
+/// Whether every spring patch keeps clear of every glued spot, and every spot as stiff as glue of the known glue. What
+/// touches a spot is its outline, which need not be round; what touches the known glue says that this ends elsewhere, by
+/// less than elements or a ruler know.
+fn apart(problem: &Problem<'_>, patches: &[Restraint]) -> bool {
     let touches = |glue: &Restraint, other: &Restraint| {
         glue.glued && !other.glued && (glue.centre - other.centre).norm() < glue.radius_m + other.radius_m
     };
-    !patches.iter().any(|glue| patches.iter().any(|other| touches(glue, other)))
+    !patches.iter().any(|glue| {
+        patches.iter().any(|other| touches(glue, other))
+            || (nearly_glue(problem, glue) && touches_held(problem, &glue.centre, glue.radius_m))
+    })
 }
 
-/// Replaces stiff patches (with any that sit on the same spot) by glue, where glue explains the recording as well.
-fn settle_glue(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
-    let mut at = at;
-    let nu = problem.bench.model.poisson_ratio();
-    let mut tried: Vec<Vec3> = Vec::new();
-    loop {
-        let stiff = at.state.patches.iter().find(|patch| {
-            let [_, local] = disc_self_compliance(patch.radius_m, nu);
-            !patch.glued && patch.softness <= NEARLY_GLUE * local && !tried.contains(&patch.centre)
-        });
-        let Some(centre) = stiff.map(|patch| patch.centre) else { return Ok(at) };
-        tried.push(centre);
-        if let Some(glued) = glued_at(problem, &at.state, centre)?
-            && apart(&glued.state.patches)
-            && glued.chi2() - at.chi2() < ONE_LESS * spared(&at, &glued) * unit(&at)
-        {
-            at = glued;
-        }
-    }
+/// Whether a patch is so stiff that it may be glue.
+fn nearly_glue(problem: &Problem<'_>, patch: &Restraint) -> bool {
+    let [_, local] = disc_self_compliance(patch.radius_m, problem.bench.model.poisson_ratio());
+    patch.softness <= NEARLY_GLUE * local
 }
 
-/// The best glued spot about `centre`: its radius first among a few, then together with everything else. `None` when
-/// no radius fits on the body.
-fn glued_at(problem: &Problem<'_>, state: &State, centre: Vec3) -> Result<Option<Linearised>, InverseError> {
-    let mut best: Option<(f64, State)> = None;
-    for radius_m in GLUE_RADII_M {
-        let mut state = state.clone();
-        state.patches.retain(|other| (other.centre - centre).norm() > radius_m + other.radius_m);
-        state.patches.push(Restraint { centre, radius_m, softness: 0.0, glued: true });
-        // One that does not fit on the body, or not beside the others, is not among the choices.
-        let Ok(mounted) = problem.mount(&state.patches) else { continue };
-        let Ok((chi2, modulus)) = with_modulus(problem, &mounted, state.modulus) else { continue };
-        if best.as_ref().is_none_or(|(least, _)| chi2 < *least) {
-            best = Some((chi2, State { modulus, ..state }));
-        }
-    }
-    best.map(|(_, state)| Ok(descend(problem, &state, ROUGH)?.at)).transpose()
+/// Whether a disc touches the known glue.
+fn touches_held(problem: &Problem<'_>, centre: &Vec3, radius_m: f64) -> bool {
+    let space = problem.bench.model.space();
+    let near =
+        |&face: &usize| (space.face_triangle(face).nearest(centre).position - centre).norm() < radius_m;
+    problem.held.iter().any(near)
 }
 
 /// Times that a simpler state may cost [`ONE_LESS`]: once, and once for every parameter that it does without.
@@ -251,23 +333,16 @@ fn spared(at: &Linearised, simpler: &Linearised) -> f64 {
     1.0 + at.parameters.len().saturating_sub(simpler.parameters.len()) as f64
 }
 
-/// Adds a patch at `centre` with the softness that, of a wide range, explains most (the modulus adjusted).
-fn with_patch(
-    problem: &Problem<'_>,
-    at: &Linearised,
-    centre: Vec3,
-    radius_m: f64,
-) -> Result<State, InverseError> {
-    let mut state = at.state.clone();
-    let [_, local] = disc_self_compliance(radius_m, problem.bench.model.poisson_ratio());
-    let last = state.patches.len();
-    state.patches.push(Restraint { centre, radius_m, softness: local, glued: false });
+/// Gives the last patch the softness that, of a wide range, explains most (the modulus adjusted).
+fn best_softness(problem: &Problem<'_>, mut state: State) -> Result<State, InverseError> {
+    let last = state.patches.len() - 1;
+    let local = state.patches[last].softness;
     let mut mounted = problem.mount(&state.patches)?;
     let mut best: Option<(f64, f64, f64)> = None;
     for step in -6..=10 {
         let softness = local * 10.0_f64.powf(0.25 * f64::from(step));
         mounted.groups[last].softness = softness;
-        let (chi2, modulus) = with_modulus(problem, &mounted, at.state.modulus)?;
+        let (chi2, modulus) = with_modulus(problem, &mounted, state.modulus)?;
         if best.is_none_or(|(least, ..)| chi2 < least) {
             best = Some((chi2, softness, modulus));
         }

@@ -121,7 +121,7 @@ fn problem<'a>(recording: &Recording, evidence: &'a Evidence) -> Problem<'a> {
     let sites: Vec<_> = evidence.sites.iter().map(|s| (s.centre, s.lift)).collect();
     let search = model.space().surface("search").to_vec();
     let bench = Bench::new(model, tips, markers, &sites, evidence.driven, weight).expect("solved");
-    Problem::new(evidence, bench, search, 0.02).expect("solved")
+    Problem::new(evidence, bench, search, Vec::new(), 0.02).expect("solved")
 }
 
 /// Springs through one patch, and a soft glued spot: both kinds of restraint.
