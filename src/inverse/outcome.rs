@@ -42,10 +42,10 @@ const LEFT_OF_EXTRAPOLATION: f64 = 0.25;
 /// discretisation; its error was up to the common figure on slabs with free glue ends. P1, offered for comparison,
 /// locks.
 pub(super) struct Elements {
-    /// Of one site against the others, taken while patches are searched for: cautious, because what is not carried
+    /// Of one reading of force, taken while patches are searched for: cautious, because what is not carried
     /// here is explained by patches.
     pub(super) search: f64,
-    /// Of one site against the others, at least.
+    /// Of one reading of force, at least.
     pub(super) site: f64,
     /// Common to all sites.
     common: f64,

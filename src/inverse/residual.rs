@@ -5,98 +5,99 @@
 //! stiffness, covariance `Σ_F + B Σ_s Bᵀ`. Markers: the error of a marker's rest position is common to all its
 //! readings, covariance `σ² (I + g gᵀ / n)` with `g` the readings' sensitivity to a shift and `n` rest rows.
 //!
-//! The elements' own error is not noise of a row but common to all rows of a site, whose stiffness is off by a factor
-//! `1 + ε`. That adds `τ² y yᵀ` to the covariance, `y` the site's readings of force and `τ` the standard deviation of
-//! `ε` (a model discrepancy after Kennedy and O'Hagan 2001 of the simplest form). Without it a recording of a
-//! thousand rows would weigh a force to 0.01 %, far better than any elements, and what these get wrong would have to
-//! be explained by restraint. Markers are weighed by their noise alone: hundreds of them at 50 µm say less about any
-//! one displacement than the elements know.
+//! The elements' own error is not noise of a row but common to all rows along one direction of the drive: the force there is
+//! off by a share `ε` of its size, whichever way. That adds `τ² |y|²` to the variance of every component of that
+//! reading, `τ` the standard deviation of `ε` (a model discrepancy after Kennedy and O'Hagan 2001 of the simplest form).
+//! Without it a recording of a thousand rows would weigh a force to 0.01 %, far better than any elements, and what
+//! these get wrong would have to be explained by restraint. Markers are weighed by their noise alone: hundreds of
+//! them at 50 µm say less about any one displacement than the elements know.
 
-use super::evidence::{DRIVE, Driven, Evidence, Reading};
+use super::evidence::{Driven, Evidence, Reading};
 use super::forward::Prediction;
 use super::problem::Linearised;
 use crate::geometry::{Mat3, Vec3};
 use nalgebra::{DMatrix, DVector};
 
 /// Sizes of the elements' error that are tried: so many steps up from the smallest, each larger by this factor.
-const SIZES: i32 = 12;
+const SIZES: i32 = 8;
 const SIZE_STEP: f64 = 1.35;
 
 /// Whitening of a recording's readings.
 pub struct Whitening<'a> {
     evidence: &'a Evidence,
-    /// Relative standard deviation of what the elements get wrong at one site: as used, and at least.
+    /// Relative standard deviation of what the elements get wrong in one reading of force: as used, and at least.
     elements_sd: f64,
     smallest_sd: f64,
-    /// For every site, the inverse Cholesky factor of a force reading's covariance.
-    force: Vec<Mat3>,
-    /// Directions `h` in which the elements' error adds `h hᵀ` to unit covariance, each for readings whitened by
-    /// everything before it, with the factor `γ` of `(I + h hᵀ)^(-1/2) = I − γ h hᵀ`.
-    elements: Vec<(DVector<f64>, f64)>,
+    /// For every site, what noise alone makes of the covariance of a reading of force.
+    noise: Vec<Mat3>,
+    /// For every site and reading of force, the inverse Cholesky factor of its covariance.
+    force: Vec<Vec<Mat3>>,
 }
 
 impl<'a> Whitening<'a> {
-    /// Without the stage's own noise. `elements_sd` is the relative standard deviation of what the elements get wrong at one
-    /// site, independent between sites.
+    /// Without the stage's own noise. `elements_sd` is the relative standard deviation of what the elements get wrong in
+    /// one reading of force, independent between readings.
     pub fn new(evidence: &'a Evidence, elements_sd: f64) -> Self {
-        Self::through(evidence, elements_sd, |_| DMatrix::zeros(3, DRIVE))
+        Self::through(evidence, elements_sd, |_| Mat3::zeros())
     }
 
     /// As this one, with the stage's noise carried into the force by the stiffness of `prediction`.
     pub fn near(&self, prediction: &Prediction) -> Self {
-        let smallest =
-            Self::through(self.evidence, self.smallest_sd, |site| prediction.sites[site].force.clone());
+        let smallest = Self::through(self.evidence, self.smallest_sd, |site| {
+            prediction.sites[site].force.fixed_view::<3, 3>(0, 0).into_owned()
+        });
         smallest.with_elements(self.elements_sd)
     }
 
-    fn through(evidence: &'a Evidence, elements_sd: f64, stiffness: impl Fn(usize) -> DMatrix<f64>) -> Self {
-        let noise = &evidence.noise;
+    fn through(evidence: &'a Evidence, elements_sd: f64, stiffness: impl Fn(usize) -> Mat3) -> Self {
         let diagonal = |sd: [f64; 3]| Mat3::from_diagonal(&Vec3::from(sd.map(|s| s * s)));
-        let force = (0..evidence.sites.len())
+        let noise = (0..evidence.sites.len())
             .map(|site| {
                 let b = stiffness(site);
-                let mut covariance = diagonal(noise.force_n);
+                let mut covariance = diagonal(evidence.noise.force_n);
                 if evidence.driven == Driven::ByStage {
-                    covariance += &b * evidence.sites[site].drive_noise * b.transpose();
+                    covariance += b * diagonal(evidence.noise.stage_m) * b.transpose();
                 }
-                // Positive definite: a diagonal of positive variances plus a square.
-                covariance.cholesky().map_or_else(Mat3::identity, |c| c.l()).try_inverse().unwrap_or_default()
+                covariance
             })
             .collect();
-        Self { evidence, elements_sd, smallest_sd: elements_sd, force, elements: Vec::new() }
+        Self { evidence, elements_sd, smallest_sd: elements_sd, noise, force: Vec::new() }
             .with_elements(elements_sd)
     }
 
     /// As this one, with elements that get so much wrong.
     fn with_elements(&self, elements_sd: f64) -> Self {
-        let (evidence, force) = (self.evidence, self.force.clone());
-        let mut whitening =
-            Self { evidence, elements_sd, smallest_sd: self.smallest_sd, force, elements: Vec::new() };
-        for site in 0..evidence.sites.len() {
-            let h = whitening.whiten(|place, reading| {
-                let own = place.site == site && place.marker.is_none();
-                if own { reading.value * elements_sd } else { Vec3::zeros() }
-            });
-            let size2 = h.norm_squared();
-            if size2 > 0.0 {
-                whitening.elements.push((h, (1.0 - (1.0 + size2).sqrt().recip()) / size2));
-            }
-        }
-        whitening
+        let force = self
+            .evidence
+            .sites
+            .iter()
+            .zip(&self.noise)
+            .map(|(site, noise)| {
+                let of = |reading: &Reading| {
+                    let elements = elements_sd * elements_sd * reading.value.norm_squared();
+                    let covariance = noise + Mat3::identity() * elements;
+                    // Positive definite: a diagonal of positive variances plus squares.
+                    let factor = covariance.cholesky().map_or_else(Mat3::identity, |c| c.l());
+                    factor.try_inverse().unwrap_or_default()
+                };
+                site.force.iter().map(of).collect()
+            })
+            .collect();
+        let noise = self.noise.clone();
+        Self { evidence: self.evidence, elements_sd, smallest_sd: self.smallest_sd, noise, force }
     }
 
-    /// As this one, with the elements' error of that size, from this one's upward, which makes what is left at `at` likeliest
-    /// (restricted likelihood, Patterson and Thompson 1971: what modulus and patches can absorb is not judged).
+    /// As this one, with the elements' error of that size, from the smallest upward, which makes what is left at `at`
+    /// likeliest (restricted likelihood, Patterson and Thompson 1971: what modulus and patches can absorb is not judged).
+    /// `at` was whitened by this one.
     pub fn with_likeliest_elements(&self, at: &Linearised) -> Self {
-        let raw = |v: DVector<f64>| self.without_elements(v);
-        let residual = raw(at.residual.clone());
-        let columns: Vec<DVector<f64>> = at.jacobian.column_iter().map(|c| raw(c.into_owned())).collect();
-        let deviance = |whitening: &Self| {
-            let columns: Vec<_> = columns.iter().map(|c| whitening.and_elements(c.clone())).collect();
+        let deviance = |other: &Self| {
+            let columns: Vec<_> =
+                at.jacobian.column_iter().map(|c| self.turned_to(other, c.into_owned())).collect();
             let qr = DMatrix::from_columns(&columns).qr();
-            let left = whitening.and_elements(residual.clone());
+            let left = self.turned_to(other, at.residual.clone());
             let absorbed = qr.q().transpose() * &left;
-            let spread: f64 = whitening.elements.iter().map(|(h, _)| h.norm_squared().ln_1p()).sum();
+            let spread: f64 = other.force.iter().flatten().map(|l| -2.0 * l.determinant().abs().ln()).sum();
             let known: f64 = qr.r().diagonal().iter().map(|d| d.abs().max(f64::MIN_POSITIVE).ln()).sum();
             left.norm_squared() - absorbed.norm_squared() + spread + 2.0 * known
         };
@@ -107,27 +108,13 @@ impl<'a> Whitening<'a> {
             .map_or_else(|| self.with_elements(self.elements_sd), |(_, whitening)| whitening)
     }
 
-    /// Relative standard deviation of what the elements get wrong at one site.
-    pub fn elements_sd(&self) -> f64 {
-        self.elements_sd
-    }
-
-    /// The last step of whitening: the elements' error.
-    fn and_elements(&self, mut v: DVector<f64>) -> DVector<f64> {
-        for (h, gamma) in &self.elements {
-            let along = gamma * h.dot(&v);
-            v.axpy(-along, h, 1.0);
+    /// What this one whitened, as `other` would have; they differ in the elements' error only.
+    fn turned_to(&self, other: &Self, mut whitened: DVector<f64>) -> DVector<f64> {
+        for (i, (own, other)) in self.force.iter().flatten().zip(other.force.iter().flatten()).enumerate() {
+            let raw = own.try_inverse().unwrap_or_default() * whitened.fixed_rows::<3>(3 * i);
+            whitened.fixed_rows_mut::<3>(3 * i).copy_from(&(other * raw));
         }
-        v
-    }
-
-    /// The last step undone: `(I − γ h hᵀ)⁻¹ = I + γ / (1 − γ h²) h hᵀ`.
-    fn without_elements(&self, mut v: DVector<f64>) -> DVector<f64> {
-        for (h, gamma) in self.elements.iter().rev() {
-            let along = gamma / (1.0 - gamma * h.norm_squared()) * h.dot(&v);
-            v.axpy(along, h, 1.0);
-        }
-        v
+        whitened
     }
 
     /// Number of whitened readings.
@@ -152,7 +139,7 @@ impl<'a> Whitening<'a> {
     fn whiten(&self, value: impl Fn(Place, &Reading) -> Vec3) -> DVector<f64> {
         let mut out = Vec::with_capacity(self.readings());
         for (site, (readings, l)) in self.evidence.sites.iter().zip(&self.force).enumerate() {
-            for reading in &readings.force {
+            for (reading, l) in readings.force.iter().zip(l) {
                 out.extend_from_slice((l * value(Place { site, marker: None }, reading)).as_slice());
             }
         }
@@ -178,7 +165,7 @@ impl<'a> Whitening<'a> {
                 out.extend_from_slice((v - along * (gamma * g)).as_slice());
             }
         }
-        self.and_elements(DVector::from_vec(out))
+        DVector::from_vec(out)
     }
 }
 
