@@ -18,7 +18,7 @@ const STEP_SHARE: f64 = 0.15;
 
 /// Force and displacements of the `watched` points (m, on the surface) for each poke, small strain.
 ///
-/// All tips and restraints share one mesh and one factorisation; pokes at one place differ by their depth only.
+/// All tips and restraints share the meshes and their factorisations; pokes at one place differ by their depth only.
 pub(super) fn linear_paths(
     draw: &Draw,
     watched: &[[f64; 3]],
@@ -61,8 +61,8 @@ pub(super) fn condensed(
             held.push((sites.len() + held.len(), restraint.compliance()));
         }
     }
-    let unknowns = resolution.mesh(draw.slab, &fields)?;
-    Ok((condense(&unknowns, draw.poisson_ratio, &fields, watched)?, held))
+    let meshes = resolution.meshes(draw.slab, &fields)?;
+    Ok((condense(&meshes, draw.poisson_ratio, &fields, watched)?, held))
 }
 
 /// Force and displacements of the `watched` points (m, on the surface) for each poke, finite strain.

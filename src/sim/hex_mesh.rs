@@ -23,6 +23,14 @@ impl Slab {
         let rounding = 1e-12 * self.size_m[0];
         point[2] <= rounding && point[0] <= self.glue_end_m + rounding
     }
+
+    /// Distance (m) from a box to the rim of the glue: its end and the edges of the block that it reaches.
+    fn distance_to_glue_rim(&self, low: [f64; 3], high: [f64; 3]) -> f64 {
+        let beyond = (low[0] - self.glue_end_m).max(0.0);
+        let to_end = beyond.max(self.glue_end_m - high[0]);
+        let to_edges = low[0].min(beyond.hypot(low[1].min(self.size_m[1] - high[1]).max(0.0)));
+        to_end.min(to_edges).hypot(low[2])
+    }
 }
 
 /// A circle or line to which the mesh is graded: cells at a distance d from it are at most
@@ -54,6 +62,9 @@ pub(super) struct Grading {
     pub(super) cell_m: f64,
     /// How often a box may be halved.
     pub(super) halvings: u32,
+    /// Halves the boxes around the glue, at its end and along the sides, once more; how much longer they may be per
+    /// distance from it. Far from there the mesh is the same as without.
+    pub(super) finer_glue: Option<f64>,
 }
 
 impl Place {
@@ -138,8 +149,14 @@ impl HexMesh {
     fn split(&mut self, cell: Cell, features: &[Feature], grading: &Grading) {
         let (low, high) = self.corners(cell);
         let longest = (0..3).map(|a| high[a] - low[a]).fold(0.0, f64::max);
-        let too_long = |f: &Feature| longest > f.cell_m + f.growth * f.place.distance(low, high);
-        if cell.level < grading.halvings && features.iter().any(too_long) {
+        let allowed = |f: &Feature| f.cell_m + f.growth * f.place.distance(low, high);
+        let mut wanted = features.iter().map(allowed).fold(f64::INFINITY, f64::min);
+        if let Some(growth) = grading.finer_glue {
+            // Boxes of the first grid are longer or shorter than asked for, by less than this.
+            let there = wanted.min(1.3 * grading.cell_m);
+            wanted = wanted.min(0.5 * (there + growth * self.slab.distance_to_glue_rim(low, high)));
+        }
+        if cell.level < grading.halvings && longest > wanted {
             for child in 0..8 {
                 let index = std::array::from_fn(|a| 2 * cell.index[a] + (child >> a & 1));
                 self.split(Cell { level: cell.level + 1, index }, features, grading);

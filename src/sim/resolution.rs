@@ -25,6 +25,9 @@ pub struct Resolution {
     pub growth: f64,
     /// How often a box may be halved.
     pub halvings: u32,
+    /// Halves the boxes around the glue, at its end and along the sides, once more; how much longer they may be per
+    /// distance from it.
+    pub finer_glue: Option<f64>,
 }
 
 /// The glue seems to reach further than it does by this share of the boxes at its end.
@@ -34,7 +37,7 @@ pub struct Resolution {
 /// further, which is just what moving its end does. So the mesh's glue ends earlier by this share, and the error
 /// of first order is gone. Measured against refinement down to 0.3 mm for sites at 10 to 40 mm from the end: 0.21 to
 /// 0.28, with 1.3 mm and 0.6 mm boxes alike. What it leaves grows with the boxes: per mm of box about 3 % of the little
-/// that a restraint changes for a tip over the glue.
+/// that a restraint changes for a tip over the glue. Linear sessions extrapolate from two meshes instead.
 const GLUE_OVERREACH: f64 = 0.22;
 
 /// Sizes of the boxes where the near fields of tips and restraints are known and the elements hold the rest.
@@ -42,7 +45,7 @@ const GLUE_OVERREACH: f64 = 0.22;
 pub struct RemainderResolution {
     /// Boxes far from everything (m).
     pub cell_m: f64,
-    /// Boxes at the end of the glue (m).
+    /// Boxes at the end of the glue in the coarser of two meshes (m).
     pub glue_end_m: f64,
     /// How much longer boxes may be per distance from the end of the glue.
     pub growth: f64,
@@ -53,22 +56,22 @@ pub struct RemainderResolution {
 }
 
 impl RemainderResolution {
-    /// For linear sessions: 80,000 to 125,000 unknowns. Measured against 475,000 unknowns (draw 3; see the study in
-    /// `refinement`): tip stiffness 0.05 % rms off, 0.16 % at most, the same tips by elements that hold everything
-    /// (130,000 to 145,000 unknowns) 0.15 % and 0.25 %; what restraints change, 0.23 % rms.
+    /// For linear sessions, two meshes that take 5 to 6 s of one core. Measured against boxes finer everywhere (draws 3 and
+    /// 12; see the study in `refinement`): tip stiffness 0.02 % and 0.04 % rms off, 0.11 % at most; what restraints
+    /// change, 0.05 % and 0.09 % rms; markers, of the largest displacement, 0.07 % and 0.23 % rms over tips.
     pub const SMALL_STRAIN: Self =
-        Self { cell_m: 0.006, glue_end_m: 0.0009, growth: 1.0, image_growth: 0.45, halvings: 3 };
+        Self { cell_m: 0.006, glue_end_m: 0.0036, growth: 0.5, image_growth: 1.0, halvings: 3 };
 
-    /// The mesh for the remainders of `fields`.
-    pub(super) fn mesh(&self, slab: Slab, fields: &[NearField]) -> Result<Unknowns, SimError> {
-        let features = fields.iter().flat_map(|f| f.images(&slab, self.image_growth)).collect();
-        cut(
-            slab,
-            features,
-            self.glue_end_m,
-            self.growth,
-            &Grading { cell_m: self.cell_m, halvings: self.halvings },
-        )
+    /// Two meshes for the remainders of `fields`; around the glue the boxes of the second are half as long.
+    pub(super) fn meshes(&self, slab: Slab, fields: &[NearField]) -> Result<[Unknowns; 2], SimError> {
+        let end = Place::GlueEnd { x: slab.glue_end_m };
+        let mut features = vec![Feature { place: end, cell_m: self.glue_end_m, growth: self.growth }];
+        features.extend(fields.iter().flat_map(|f| f.images(&slab, self.image_growth)));
+        let mesh = |finer_glue| -> Result<Unknowns, SimError> {
+            let grading = Grading { cell_m: self.cell_m, halvings: self.halvings, finer_glue };
+            Ok(Unknowns::new(HexMesh::new(slab, &features, &grading)?))
+        };
+        Ok([mesh(None)?, mesh(Some(self.growth))?])
     }
 }
 
@@ -106,6 +109,7 @@ impl Resolution {
         glue_end_m: 0.002,
         growth: 0.8,
         halvings: 3,
+        finer_glue: None,
     };
 
     /// The mesh for the tips of `pokes` and all restraints of `draw`.
@@ -121,7 +125,36 @@ impl Resolution {
             };
             features.push(restraint.patch(&draw.slab)?.feature(share, self.growth));
         }
-        let grading = Grading { cell_m: self.cell_m, halvings: self.halvings };
+        let grading = Grading { cell_m: self.cell_m, halvings: self.halvings, finer_glue: self.finer_glue };
         cut(draw.slab, features, self.glue_end_m, self.growth, &grading)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::supports::Shape;
+    use super::*;
+
+    /// Also where something else than the end of the glue asks for small boxes there.
+    #[test]
+    fn the_second_mesh_is_twice_as_fine_around_the_glue_only() -> Result<(), SimError> {
+        let slab = Slab { size_m: [0.1, 0.08, 0.024], glue_end_m: 0.04 };
+        let patch = Patch::on(&slab, "spring patch", [0.047, 0.03, 0.0], -Vec3::z(), 0.005)?;
+        let field = NearField::new(patch, Shape::Uniform, &slab, 0.47);
+        let [coarse, fine] =
+            RemainderResolution::SMALL_STRAIN.meshes(slab, &[field])?.map(|unknowns| unknowns.mesh);
+        for (x, y) in
+            [(0.0401, 0.0301), (0.0401, 0.0701), (0.0001, 0.0301), (0.0201, 0.0001), (0.0201, 0.0799)]
+        {
+            let [long, short] = [&coarse, &fine].map(|mesh| mesh.size_at([x, y, 0.0]));
+            for axis in 0..3 {
+                assert!((long[axis] / short[axis] - 2.0).abs() < 1e-9, "{long:?} and {short:?}");
+            }
+        }
+        assert!(coarse.size_at([0.0401, 0.0301, 0.0])[0] < 0.6 * coarse.size_at([0.0401, 0.0701, 0.0])[0]);
+        for far in [[0.09, 0.07, 0.02], [0.02, 0.04, 0.02], [0.07, 0.03, 0.0]] {
+            assert_eq!(coarse.size_at(far), fine.size_at(far));
+        }
+        Ok(())
     }
 }

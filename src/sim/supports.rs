@@ -24,7 +24,7 @@ use std::f64::consts::TAU;
 const RADIAL: usize = 32;
 const AROUND: usize = 160;
 /// Highest power of x and y in the traction under a glued spot.
-const GLUE_DEGREE: i32 = 4;
+const GLUE_DEGREE: usize = 4;
 /// Polynomials in two variables up to that degree.
 const HELD: usize = 15;
 
@@ -85,8 +85,8 @@ impl Shape {
         match self {
             Self::Uniform => vec![1.0],
             Self::Held => {
-                let powers = (0..=GLUE_DEGREE).flat_map(|n| (0..=n).map(move |p| (n - p, p)));
-                powers.map(|(p, q)| chebyshev(p, x) * chebyshev(q, y)).collect()
+                let (in_x, in_y) = (chebyshev(x), chebyshev(y));
+                (0..=GLUE_DEGREE).flat_map(|n| (0..=n).map(move |p| in_x[n - p] * in_y[p])).collect()
             }
         }
     }
@@ -153,13 +153,14 @@ impl Patch {
     }
 }
 
-/// Chebyshev polynomial of the first kind on [−1, 1]: keeps the functions of `hold` well apart.
-fn chebyshev(n: i32, x: f64) -> f64 {
-    match n {
-        0 => 1.0,
-        1 => x,
-        _ => 2.0 * x * chebyshev(n - 1, x) - chebyshev(n - 2, x),
+/// Chebyshev polynomials of the first kind on [−1, 1], by degree: they keep the functions of `hold` well apart.
+fn chebyshev(x: f64) -> [f64; GLUE_DEGREE + 1] {
+    let mut values = [1.0; GLUE_DEGREE + 1];
+    values[1] = x;
+    for n in 2..=GLUE_DEGREE {
+        values[n] = 2.0 * x * values[n - 1] - values[n - 2];
     }
+    values
 }
 
 /// Points of the unit disc with weights of sum 1, uniform in the angle and, for an even traction, in r²: uniform in

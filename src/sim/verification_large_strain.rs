@@ -18,7 +18,7 @@ const NU: f64 = 0.47;
 fn graded_block() -> Result<Unknowns, SimError> {
     let slab = Slab { size_m: [0.03, 0.03, 0.02], glue_end_m: 0.03 };
     let rim = Place::Rim { centre: [0.017, 0.013, 0.02], axis: 2, radius: 0.006 };
-    let grading = Grading { cell_m: 0.01, halvings: 1 };
+    let grading = Grading { cell_m: 0.01, halvings: 1, finer_glue: None };
     Ok(Unknowns::new(HexMesh::new(slab, &[Feature { place: rim, cell_m: 0.005, growth: 0.6 }], &grading)?))
 }
 
@@ -105,6 +105,7 @@ const COARSE: Resolution = Resolution {
     glue_end_m: 0.006,
     growth: 1.0,
     halvings: 1,
+    finer_glue: None,
 };
 
 /// Both benches on one mesh: the force at a small depth d differs by O(d²), so a tenth of the depth leaves a tenth

@@ -16,7 +16,7 @@ const POISSON_RATIO: f64 = 0.47;
 const GROWTH: f64 = 0.6;
 
 fn grading(cell_m: f64, halvings: u32) -> Grading {
-    Grading { cell_m, halvings }
+    Grading { cell_m, halvings, finer_glue: None }
 }
 
 /// Energy of one box in the displacement u = H x, E = 1.
