@@ -2,8 +2,8 @@
 //!
 //! Everything that is searched and fitted stands on the first discretisation, where a new place costs little. What
 //! that discretisation gets wrong, the extrapolation of the two finer ones (Richardson 1911) less its own word, is
-//! added to its compliance, for patches where they stood when the correction was made. Fitting and correcting take turns until neither moves anything (defect correction, Stetter 1978): then the fit
-//! is that of the limit.
+//! added to its compliance, for patches where they stood when the correction was made. Fitting and correcting take
+//! turns until neither moves anything (defect correction, Stetter 1978): then the fit is that of the limit.
 
 use super::blocks::{Bench, Blocks};
 use super::error::InverseError;
