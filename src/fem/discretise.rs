@@ -11,7 +11,7 @@
 //! law; [`Discretisation::fine`] and [`Discretisation::coarse`] are such a pair.
 
 use super::spot::Spot;
-use crate::geometry::Vec3;
+use crate::geometry::{Disc, Vec3, basis_from_axis};
 use crate::mesh::{MeshError, TetMesh, boundary_triangles, refine};
 use std::collections::HashMap;
 
@@ -25,6 +25,9 @@ pub struct Resolution {
 }
 
 impl Resolution {
+    /// The mesh as it was given, cut only where discs need it.
+    pub const AS_GIVEN: Self = Self { glue_m: f64::INFINITY, longest_m: f64::INFINITY };
+
     /// The resolution of level `level` for a body: each level halves the size at the end of the glue. Sizes are
     /// set by the body's thickness (twice its volume over its surface), not by the mesh it came with.
     pub fn of(mesh: &TetMesh, level: u32) -> Result<Self, MeshError> {
@@ -66,18 +69,7 @@ pub fn discretise(
     }
     let mut needs = Vec::new();
     for spot in discs {
-        if let Some((disc, flat)) = spot.as_disc() {
-            if flat {
-                close_sides(mesh, &disc, &mut needs)?;
-            } else {
-                needs.extend((0..24).map(|i| {
-                    let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 24.0).sin_cos();
-                    let basis = crate::geometry::basis_from_axis(&disc.normal);
-                    let at = disc.centre + basis * Vec3::new(disc.radius * cos, disc.radius * sin, 0.0);
-                    Need { at, size_m: disc.radius * RIM_SHARE }
-                }));
-            }
-        }
+        needs.extend(needs_of(mesh, spot)?);
     }
     Ok(refine(mesh, |p| {
         let mut size = resolution.longest_m;
@@ -91,6 +83,30 @@ pub fn discretise(
         }
         size
     }))
+}
+
+/// Whether a disc (on this mesh) needs smaller edges than a body without it.
+pub fn needs_small_edges(mesh: &TetMesh, spot: &Spot) -> Result<bool, MeshError> {
+    Ok(!needs_of(mesh, spot)?.is_empty())
+}
+
+/// What a disc needs.
+fn needs_of(mesh: &TetMesh, spot: &Spot) -> Result<Vec<Need>, MeshError> {
+    let Some((disc, flat)) = spot.as_disc() else { return Ok(Vec::new()) };
+    if flat {
+        return close_sides(mesh, &disc);
+    }
+    let rim = rim(&disc, 24);
+    Ok(rim.map(|at| Need { at, size_m: disc.radius * RIM_SHARE }).collect())
+}
+
+/// So many points around a disc's rim.
+fn rim(disc: &Disc, points: u32) -> impl Iterator<Item = Vec3> {
+    let (centre, basis) = (disc.centre, basis_from_axis(&disc.normal) * disc.radius);
+    (0..points).map(move |i| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(points)).sin_cos();
+        centre + basis * Vec3::new(cos, sin, 0.0)
+    })
 }
 
 /// Edges where the named surface ends: both ends, and the size wanted there relative to the end of flat glue.
@@ -130,14 +146,9 @@ fn edges(face: [u32; 3]) -> [(u32, u32); 3] {
 }
 
 /// Points of other sides of the body close to a flat disc, with the size that the near field needs there.
-fn close_sides(mesh: &TetMesh, disc: &crate::geometry::Disc, needs: &mut Vec<Need>) -> Result<(), MeshError> {
-    let basis = crate::geometry::basis_from_axis(&disc.normal);
-    let rim: Vec<Vec3> = (0..48)
-        .map(|i| {
-            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 48.0).sin_cos();
-            disc.centre + basis * Vec3::new(disc.radius * cos, disc.radius * sin, 0.0)
-        })
-        .collect();
+fn close_sides(mesh: &TetMesh, disc: &Disc) -> Result<Vec<Need>, MeshError> {
+    let rim: Vec<Vec3> = rim(disc, 48).collect();
+    let mut needs = Vec::new();
     for face in boundary_triangles(mesh)? {
         let triangle = mesh.triangle(face);
         if triangle.0.iter().all(|p| (p - disc.centre).dot(&disc.normal).abs() < 1e-4 * disc.radius) {
@@ -151,7 +162,7 @@ fn close_sides(mesh: &TetMesh, disc: &crate::geometry::Disc, needs: &mut Vec<Nee
             }
         }
     }
-    Ok(())
+    Ok(needs)
 }
 
 /// Two discretisations of one body whose sizes at the end of the glue differ by a factor of two.
@@ -185,6 +196,12 @@ impl Discretisation {
     pub fn extrapolate(coarse: f64, fine: f64) -> f64 {
         2.0 * fine - coarse
     }
+}
+
+/// How much longer the given mesh's edges are where flat glue ends than those of level 0; 1 where no glue ends.
+pub fn coarseness(mesh: &TetMesh, fixed: &str) -> Result<f64, MeshError> {
+    let level = Resolution::of(mesh, 0)?;
+    Ok(glue_edge_m(mesh, fixed)?.map_or(1.0, |given| given / (AS_CUT * level.glue_m)))
 }
 
 /// Mean length (m) of the edges at which flat glue ends, or, where none does, of those at which glue and body end

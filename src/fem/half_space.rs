@@ -13,7 +13,7 @@
 use super::element::gauss_legendre;
 use super::punch;
 use crate::geometry::{Mat3, Vec3};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Displacement `G[i, j]` in direction `i` at `r` (m, `r.z ≥ 0`, `r ≠ 0`) under a unit point force at the
 /// origin in direction `j`.
@@ -41,31 +41,42 @@ pub fn point_displacement(r: &Vec3, nu: f64) -> Mat3 {
 pub fn point_gradient(r: &Vec3, nu: f64) -> [Mat3; 3] {
     let distance = r.norm();
     let (a, c) = (1.0 / distance, 1.0 / (distance + r.z));
-    let (a3, b, d) = (a * a * a, a * c, a * c * c);
+    let a3 = a * a * a;
     let m = 1.0 - 2.0 * nu;
     let scale = (1.0 + nu) / TAU;
-    std::array::from_fn(|k| {
+    // Tangential entries are `rᵢ rⱼ p + δᵢⱼ q`, mixed ones `rᵢ (s ∓ t)`.
+    let p = a3 - m * a * c * c;
+    let (s, t) = (r.z * a3, m * a * c);
+    let mut gradients = [Mat3::zeros(); 3];
+    for (k, g) in gradients.iter_mut().enumerate() {
+        let down = f64::from(u8::from(k == 2));
         let da = -r[k] * a3;
-        let da3 = -3.0 * r[k] * a3 * a * a;
-        let dc = -(r[k] * a + f64::from(u8::from(k == 2))) * c * c;
-        let db = da * c + a * dc;
-        let dd = da * c * c + 2.0 * b * dc;
-        let unit = |i: usize| f64::from(u8::from(i == k));
-        let dprod = |i: usize, j: usize| unit(i) * r[j] + r[i] * unit(j);
-        let mut g = Mat3::zeros();
+        let da3 = 3.0 * da * a * a;
+        let dc = -(r[k] * a + down) * c * c;
+        let dp = da3 - m * (da * c + 2.0 * a * dc) * c;
+        let dq = da + m * dc;
+        let ds = down * a3 + r.z * da3;
+        let dt = m * (da * c + a * dc);
+        g[(0, 0)] = r.x * r.x * dp + dq;
+        g[(1, 1)] = r.y * r.y * dp + dq;
+        g[(0, 1)] = r.x * r.y * dp;
+        g[(1, 0)] = g[(0, 1)];
         for i in 0..2 {
-            for j in 0..2 {
-                g[(i, j)] = dprod(i, j) * (a3 - m * d) + r[i] * r[j] * (da3 - m * dd);
-            }
-            g[(i, i)] += da + m * dc;
-            let common = dprod(i, 2) * a3 + r[i] * r.z * da3;
-            let apart = m * (unit(i) * b + r[i] * db);
-            g[(i, 2)] = common - apart;
-            g[(2, i)] = common + apart;
+            g[(i, 2)] = r[i] * (ds - dt);
+            g[(2, i)] = r[i] * (ds + dt);
         }
-        g[(2, 2)] = dprod(2, 2) * a3 + r.z * r.z * da3 + 2.0 * (1.0 - nu) * da;
-        g * scale
-    })
+        g[(2, 2)] = 2.0 * down * r.z * a3 + r.z * r.z * da3 + 2.0 * (1.0 - nu) * da;
+        if k < 2 {
+            for i in 0..2 {
+                g[(k, i)] += r[i] * p;
+                g[(i, k)] += r[i] * p;
+            }
+            g[(k, 2)] += s - t;
+            g[(2, k)] += s + t;
+        }
+        *g *= scale;
+    }
+    gradients
 }
 
 /// Mean displacement over a disc of radius `a` (m) under its own uniform traction: compliance along a
@@ -99,6 +110,18 @@ impl Profile {
         };
         gauss_legendre(points).into_iter().map(|(t, w)| (radius * share(t), w)).collect()
     }
+
+    /// Distance from the centre (over the radius) at a share of the way along the radius, and the load per share
+    /// there: smooth in the share, unlike the load over the distance at a rigid disc's rim.
+    fn along(self, share: f64) -> (f64, f64) {
+        match self {
+            Self::Uniform => (share, 2.0 * share),
+            Self::Rigid => {
+                let rho = (FRAC_PI_2 * share).sin();
+                (rho, FRAC_PI_2 * rho)
+            }
+        }
+    }
 }
 
 /// A disc on the surface, centre at the origin, carrying a traction of unit total force.
@@ -112,10 +135,12 @@ pub struct LoadedDisc {
     poisson_ratio: f64,
     /// Rules over the disc for each row of [`FAR`]: most points of a body are far from most discs.
     far: [Vec<[f64; 3]>; 3],
+    /// Rule over a cell each way, where a point is close.
+    cell_rule: Vec<(f64, f64)>,
 }
 
-/// From which distance (in radii) how many rings of how many points integrate the disc to 10⁻⁴ of its stress.
-const FAR: [(f64, usize, usize); 3] = [(8.0, 1, 5), (3.5, 2, 8), (1.5, 3, 10)];
+/// From which distance (in radii) how many rings of how many points integrate the disc to 10⁻³ of its stress.
+const FAR: [(f64, usize, usize); 3] = [(5.0, 1, 6), (2.5, 2, 8), (1.5, 3, 10)];
 
 /// Places and weights (sum 1) of a rule over a disc.
 fn rule(profile: Profile, radius: f64, rings: usize, around: usize) -> Vec<[f64; 3]> {
@@ -137,7 +162,7 @@ impl LoadedDisc {
     /// A disc of `radius` (m) on a half-space of `poisson_ratio`, its load spread by `profile`.
     pub fn new(radius: f64, profile: Profile, poisson_ratio: f64) -> Self {
         let far = FAR.map(|(_, rings, around)| rule(profile, radius, rings, around));
-        Self { radius, profile, poisson_ratio, far }
+        Self { radius, profile, poisson_ratio, far, cell_rule: gauss_legendre(CELL_POINTS) }
     }
 
     /// Traction (1/m²) at distance `s` from the centre. At the rigid disc's rim it has no bound and is taken a
@@ -249,18 +274,72 @@ impl LoadedDisc {
     fn integrate(&self, r: &Vec3, mut f: impl FnMut(Vec3, f64)) {
         let beyond = (r.x.hypot(r.y) - self.radius).max(0.0);
         let distance = beyond.hypot(r.z) / self.radius;
-        let near;
-        let rule = match FAR.iter().position(|&(from, ..)| distance > from) {
-            Some(tier) => &self.far[tier],
-            None => {
-                let fine = (4.0 / distance.max(0.02)).ceil() as usize;
-                near = rule(self.profile, self.radius, 3 + fine, 12 + 4 * fine);
-                &near
+        match FAR.iter().position(|&(from, ..)| distance > from) {
+            Some(tier) => {
+                for &[x, y, weight] in &self.far[tier] {
+                    f(Vec3::new(r.x - x, r.y - y, r.z), weight);
+                }
             }
-        };
-        for &[x, y, weight] in rule {
-            f(Vec3::new(r.x - x, r.y - y, r.z), weight);
+            None => self.integrate_near(r, &mut f),
         }
+    }
+
+    /// [`LoadedDisc::integrate`] close to the disc: cells are quartered until each is small against its distance
+    /// from `r`, so that only those next to it are fine.
+    fn integrate_near(&self, r: &Vec3, f: &mut impl FnMut(Vec3, f64)) {
+        let mut left: Vec<DiscCell> = DiscCell::whole();
+        while let Some(cell) = left.pop() {
+            let (outer, _) = self.profile.along(cell.share[1]);
+            let (inner, _) = self.profile.along(cell.share[0]);
+            let (middle, _) = self.profile.along(0.5 * (cell.share[0] + cell.share[1]));
+            let (sin, cos) = (0.5 * (cell.angle[0] + cell.angle[1])).sin_cos();
+            let wide = outer * (cell.angle[1] - cell.angle[0]);
+            let size = (outer - inner).max(wide) * self.radius;
+            let away = (r - Vec3::new(middle * cos, middle * sin, 0.0) * self.radius).norm() - 0.5 * size;
+            if size > CELL_SIZE * away && size > SMALLEST_CELL * self.radius {
+                left.extend(cell.quartered());
+                continue;
+            }
+            let spread = (cell.share[1] - cell.share[0]) * (cell.angle[1] - cell.angle[0]) / TAU;
+            for &(t, wt) in &self.cell_rule {
+                let (rho, weight) = self.profile.along(cell.share[0] + t * (cell.share[1] - cell.share[0]));
+                for &(s, ws) in &self.cell_rule {
+                    let (sin, cos) = (cell.angle[0] + s * (cell.angle[1] - cell.angle[0])).sin_cos();
+                    let from = Vec3::new(rho * cos, rho * sin, 0.0) * self.radius;
+                    f(r - from, spread * weight * wt * ws);
+                }
+            }
+        }
+    }
+}
+
+/// Largest size of a cell of a disc over its distance, and the smallest over the disc's radius.
+const CELL_SIZE: f64 = 1.0;
+const SMALLEST_CELL: f64 = 3e-4;
+
+/// Gauss points each way in a cell.
+const CELL_POINTS: usize = 4;
+
+/// A part of a disc: from a share of the way along the radius ([`Profile::along`]) to another, between two angles.
+#[derive(Debug, Clone, Copy)]
+struct DiscCell {
+    share: [f64; 2],
+    angle: [f64; 2],
+}
+
+impl DiscCell {
+    /// The cells that a disc begins with.
+    fn whole() -> Vec<Self> {
+        const AROUND: usize = 6;
+        let at = |i: usize| TAU * i as f64 / AROUND as f64;
+        (0..AROUND).map(|i| Self { share: [0.0, 1.0], angle: [at(i), at(i + 1)] }).collect()
+    }
+
+    fn quartered(self) -> [Self; 4] {
+        let halves = |[from, to]: [f64; 2]| [[from, 0.5 * (from + to)], [0.5 * (from + to), to]];
+        let ([near, far], [first, second]) = (halves(self.share), halves(self.angle));
+        [(near, first), (near, second), (far, first), (far, second)]
+            .map(|(share, angle)| Self { share, angle })
     }
 }
 
@@ -351,10 +430,10 @@ mod tests {
     fn stress_on_the_axis_and_every_distance_of_the_rule() {
         let a = 1.0;
         let disc = uniform(a);
-        for z in [0.1, 0.3, 1.0, 1.4, 1.6, 3.4, 3.6, 7.9, 8.1_f64] {
+        for z in [0.01, 0.03, 0.1, 0.3, 1.0, 1.4, 1.6, 2.4, 2.6, 4.9, 5.1_f64] {
             let s = stress(&tensor(&disc.gradient(&Vec3::new(0.0, 0.0, z)), 2), NU);
             let exact = -(1.0 - z.powi(3) / (a * a + z * z).powf(1.5)) / (PI * a * a);
-            assert!((s[(2, 2)] / exact - 1.0).abs() < 3e-4, "z = {z}: {} {exact}", s[(2, 2)]);
+            assert!((s[(2, 2)] / exact - 1.0).abs() < 1e-3, "z = {z}: {} {exact}", s[(2, 2)]);
         }
     }
 
@@ -384,10 +463,10 @@ mod tests {
     /// On the axis below a rigid punch: `σ_z = −(1 + 3ζ²) / (2πa² (1 + ζ²)²)`, `ζ = z/a` (Sneddon 1946).
     #[test]
     fn stress_on_the_axis_of_a_rigid_punch() {
-        for z in [0.1, 0.3, 1.0, 1.4, 1.6, 3.4, 3.6, 7.9, 8.1_f64] {
+        for z in [0.01, 0.03, 0.1, 0.3, 1.0, 1.4, 1.6, 2.4, 2.6, 4.9, 5.1_f64] {
             let s = stress(&tensor(&rigid(1.0).gradient(&Vec3::new(0.0, 0.0, z)), 2), NU);
             let exact = -(1.0 + 3.0 * z * z) / (TAU * (1.0 + z * z).powi(2));
-            assert!((s[(2, 2)] / exact - 1.0).abs() < 5e-4, "z = {z}: {} {exact}", s[(2, 2)]);
+            assert!((s[(2, 2)] / exact - 1.0).abs() < 1e-3, "z = {z}: {} {exact}", s[(2, 2)]);
         }
     }
 

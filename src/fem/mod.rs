@@ -23,7 +23,7 @@ mod spot;
 mod tip;
 mod wrench;
 
-pub use discretise::{Discretisation, Resolution, discretise};
+pub use discretise::{Discretisation, Resolution, coarseness, discretise, needs_small_edges};
 pub use elasticity::{cell_stiffness, lame, stress};
 pub use element::{
     Order, TET_EDGES, TRIANGLE_EDGES, barycentric_gradients, gauss_legendre, tet_quadrature,

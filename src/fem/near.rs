@@ -11,6 +11,8 @@ use super::half_space::{LoadedDisc, Profile};
 use super::space::Space;
 use super::spot::{Spot, SpotKind, turned};
 use crate::geometry::{Disc, Mat3, Vec3, basis_from_axis};
+use rayon::prelude::*;
+use std::sync::LazyLock;
 
 /// The half-space's displacement under a disc of unit force, in the phantom frame, for a unit modulus.
 #[derive(Debug, Clone)]
@@ -142,33 +144,52 @@ impl Near {
                 }
             }
         }
-        let rules = [triangle_quadrature(4), triangle_quadrature(8), triangle_quadrature(14)];
-        for face in 0..space.faces().len() {
-            let nodes = space.face_nodes(face);
-            if nodes.iter().all(|&n| held[n as usize]) {
-                continue;
-            }
-            let triangle = space.face_triangle(face);
-            let height = triangle.0.map(|p| -(p - self.disc.centre).dot(&self.disc.normal));
-            if height.iter().all(|h| h.abs() <= ON_PLANE * self.disc.radius) {
-                continue;
-            }
-            let (area, normal) = (triangle.area(), triangle.normal());
-            let rule = &rules[self.crowding(&triangle.0)];
-            for &(l, w) in rule {
-                let gradients = self.gradients(&triangle.at(l));
-                let shape = space.order().face_shape(l);
-                for (j, gradient) in gradients.iter().enumerate() {
-                    let t = stress(gradient, self.poisson_ratio) * normal * (-w * area);
-                    for (&node, s) in nodes.iter().zip(shape) {
-                        for i in 0..3 {
-                            force[j][3 * node as usize + i] += s * t[i];
-                        }
+        let faces: Vec<usize> = (0..space.faces().len()).collect();
+        let on_faces: Vec<Option<[[Vec3; 6]; 3]>> =
+            faces.par_iter().map(|&face| self.on_face(space, face, held)).collect();
+        for (face, on_nodes) in on_faces.iter().enumerate() {
+            for (force, on_nodes) in force.iter_mut().zip(on_nodes.iter().flatten()) {
+                for (&node, f) in space.face_nodes(face).iter().zip(on_nodes) {
+                    for i in 0..3 {
+                        force[3 * node as usize + i] += f[i];
                     }
                 }
             }
         }
         (force, prescribed)
+    }
+
+    /// Nodal forces of `−σ n` on one face, for every force direction; none on the held surface and the disc's plane.
+    fn on_face(&self, space: &Space, face: usize, held: &[bool]) -> Option<[[Vec3; 6]; 3]> {
+        let nodes = space.face_nodes(face);
+        if nodes.iter().all(|&n| held[n as usize]) {
+            return None;
+        }
+        let triangle = space.face_triangle(face);
+        let height = triangle.0.map(|p| -(p - self.disc.centre).dot(&self.disc.normal));
+        if height.iter().all(|h| h.abs() <= ON_PLANE * self.disc.radius) {
+            return None;
+        }
+        let (area, normal) = (triangle.area(), triangle.normal());
+        let mut forces = [[Vec3::zeros(); 6]; 3];
+        for &(l, w) in self.rule(&triangle.0) {
+            let gradients = self.gradients(&triangle.at(l));
+            let shape = space.order().face_shape(l);
+            for (on_nodes, gradient) in forces.iter_mut().zip(&gradients) {
+                let t = stress(gradient, self.poisson_ratio) * normal * (-w * area);
+                for (f, s) in on_nodes.iter_mut().zip(shape) {
+                    *f += t * s;
+                }
+            }
+        }
+        Some(forces)
+    }
+
+    /// The rule over a face that its [`Near::crowding`] needs.
+    fn rule(&self, corners: &[Vec3; 3]) -> &'static TriangleRule {
+        static RULES: LazyLock<[Box<TriangleRule>; 3]> =
+            LazyLock::new(|| [4, 8, 14].map(|degree| triangle_quadrature(degree).into()));
+        &RULES[self.crowding(corners)]
     }
 
     /// How strongly the near field varies over a face: 0 mildly, 2 sharply (edge length against distance).
@@ -185,6 +206,9 @@ impl Near {
         (r.x.hypot(r.y) - self.disc.radius).max(0.0).hypot(r.z)
     }
 }
+
+/// Barycentric places and weights (sum 1).
+type TriangleRule = [([f64; 3], f64)];
 
 /// Points over a disc with weights that sum to 1, spread as the profile.
 fn over(disc: &Disc, profile: Profile, mut f: impl FnMut(Vec3, f64)) {

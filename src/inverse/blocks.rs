@@ -7,8 +7,9 @@ use super::error::InverseError;
 use super::evidence::Driven;
 use super::grip::Grip;
 use super::lift::Lift;
+use super::placed::{Placed, Recent, dot};
 use crate::fem::{Functional, Model, Response, Spot, Tip, wrench_loads};
-use crate::geometry::Vec3;
+use crate::geometry::{Mat3, Vec3};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -82,6 +83,7 @@ pub struct Bench {
     weight: Option<Vec<f64>>,
     /// Blocks without any restraint.
     free: Blocks,
+    recent: Recent,
 }
 
 /// Response to the tip's load at one site.
@@ -165,7 +167,7 @@ impl TipResponse {
     }
 
     /// Slope of a disc's displacement along `tangent`: `3 × modes`.
-    fn slope_at(&self, slope: &[Functional; 3], spot: &Spot, tangent: &Vec3) -> DMatrix<f64> {
+    pub(super) fn slope_at(&self, slope: &[Functional; 3], spot: &Spot, tangent: &Vec3) -> DMatrix<f64> {
         let mut block = DMatrix::zeros(3, self.modes());
         match self {
             Self::Ports { responses, .. } => {
@@ -219,7 +221,8 @@ impl Bench {
             Some(w) => model.displace(vec![model.body_force(&w)])?.pop(),
             None => None,
         };
-        let mut bench = Self { model, tips, markers, tip_responses, weight, free: Blocks::default() };
+        let (free, recent) = (Blocks::default(), Recent::default());
+        let mut bench = Self { model, tips, markers, tip_responses, weight, free, recent };
         bench.free = bench.without_restraint();
         Ok(bench)
     }
@@ -252,51 +255,59 @@ impl Bench {
         all
     }
 
-    /// Response to the tip at a site.
-    pub fn tip_response(&self, site: usize) -> &TipResponse {
-        &self.tip_responses[site]
-    }
-
     /// Nodal displacement under the body's weight, when it acts.
     pub fn weight_field(&self) -> Option<&[f64]> {
         self.weight.as_deref()
     }
 
-    /// All blocks, with restraint `discs` and the responses to them (as [`Model::respond`] gives).
-    pub fn blocks(&self, discs: &[Spot], responses: &[Response]) -> Blocks {
-        let under = |spots: &[Spot]| {
-            let mut all = DMatrix::zeros(3 * spots.len(), 3 * discs.len());
-            for (i, spot) in spots.iter().enumerate() {
-                for (j, response) in responses.iter().enumerate() {
-                    all.fixed_view_mut::<3, 3>(3 * i, 3 * j).copy_from(&response.at(spot));
-                }
-            }
-            all
-        };
-        let discs_discs = under(discs);
+    /// Responses to the tips at all sites.
+    pub fn tip_responses(&self) -> &[TipResponse] {
+        &self.tip_responses
+    }
+
+    /// Puts restraint discs on the model.
+    ///
+    /// # Errors
+    /// What the sparse solves report.
+    pub fn place(&self, discs: &[Spot]) -> Result<Vec<Arc<Placed>>, InverseError> {
+        self.recent.place(self, discs)
+    }
+
+    /// All blocks, with restraint `discs`.
+    pub fn blocks(&self, discs: &[Arc<Placed>]) -> Blocks {
         let mut blocks = self.free.clone();
-        for (site, response) in blocks.sites.iter_mut().zip(&self.tip_responses) {
-            site.discs_tip = under_tip(discs, response);
+        for (site, (block, response)) in blocks.sites.iter_mut().zip(&self.tip_responses).enumerate() {
+            block.discs_tip = DMatrix::zeros(3 * discs.len(), response.modes());
+            for (d, disc) in discs.iter().enumerate() {
+                block.discs_tip.rows_mut(3 * d, 3).copy_from(&disc.under_tip[site]);
+            }
         }
-        blocks.markers_discs = under(&self.markers);
+        blocks.markers_discs = DMatrix::zeros(3 * self.markers.len(), 3 * discs.len());
+        blocks.discs_discs = DMatrix::zeros(3 * discs.len(), 3 * discs.len());
+        blocks.discs_weight = DMatrix::zeros(3 * discs.len(), 1);
+        for (j, loaded) in discs.iter().enumerate() {
+            blocks.markers_discs.columns_mut(3 * j, 3).copy_from(&loaded.markers);
+            blocks.discs_weight.fixed_view_mut::<3, 1>(3 * j, 0).copy_from(&loaded.weight);
+            for (i, seen) in discs.iter().enumerate() {
+                let block = loaded.response.at(&seen.spot);
+                blocks.discs_discs.fixed_view_mut::<3, 3>(3 * i, 3 * j).copy_from(&block);
+            }
+        }
         // Reciprocity holds to the discretisation's accuracy; the mean of both readings is symmetric exactly.
-        blocks.discs_discs = (&discs_discs + discs_discs.transpose()) * 0.5;
-        blocks.discs_weight = self.sag(discs);
+        blocks.discs_discs = (&blocks.discs_discs + blocks.discs_discs.transpose()) * 0.5;
         blocks
     }
 
     /// How the blocks change as discs are `moved`, each by its own vector in its plane. With `grown` set those discs
     /// belong to one spot that is scaled up, their own size in proportion. `adjoint` are the responses of the
-    /// markers, through which the markers' blocks follow by reciprocity.
+    /// markers.
     pub fn changed(
         &self,
-        discs: &[Spot],
-        responses: &[Response],
+        discs: &[Arc<Placed>],
         adjoint: &[Response],
         moved: &[(usize, Vec3)],
         grown: bool,
     ) -> Blocks {
-        let space = self.model.space();
         let together = |disc: usize| moved.iter().any(|(at, _)| *at == disc);
         let (markers, discs3) = (3 * self.markers.len(), 3 * discs.len());
         let mut change = Blocks {
@@ -317,32 +328,45 @@ impl Bench {
             discs_weight: DMatrix::zeros(discs3, 1),
         };
         for &(at, by) in moved {
-            let slope = discs[at].slope(space, &by);
-            for (site, tip) in change.sites.iter_mut().zip(&self.tip_responses) {
-                site.discs_tip.rows_mut(3 * at, 3).copy_from(&tip.slope_at(&slope, &discs[at], &by));
+            let disc = &discs[at];
+            for slope in disc.slopes(self, adjoint) {
+                let share = slope.tangent.dot(&by);
+                for (site, under_tip) in change.sites.iter_mut().zip(&slope.under_tip) {
+                    let mut rows = site.discs_tip.rows_mut(3 * at, 3);
+                    rows += under_tip * share;
+                }
+                let mut columns = change.markers_discs.columns_mut(3 * at, 3);
+                columns += &slope.markers * share;
+                let mut weight = change.discs_weight.fixed_view_mut::<3, 1>(3 * at, 0);
+                weight += slope.weight * share;
+                for (other, loaded) in discs.iter().enumerate() {
+                    let along = if together(other) {
+                        loaded.response.slope_of_elements(&slope.functional)
+                    } else {
+                        loaded.response.slope_at(&slope.functional, &disc.spot, &slope.tangent)
+                    };
+                    change.add_both(at, other, &(along * share));
+                }
             }
-            for (m, response) in adjoint.iter().enumerate() {
-                let block = response.slope_at(&slope, &discs[at], &by).transpose();
-                change.markers_discs.fixed_view_mut::<3, 3>(3 * m, 3 * at).copy_from(&block);
-            }
-            for (other, response) in responses.iter().enumerate() {
+            if grown {
                 // Discs that move together keep their place in each other's near field, which shrinks in proportion
                 // when they grow: a half-space's compliance goes with one over the length.
-                let block = match (together(other), grown) {
-                    (true, true) => response.slope_of_elements(&slope) - response.near_at(&discs[at]) * 0.5,
-                    (true, false) => response.slope_of_elements(&slope),
-                    (false, _) => response.slope_at(&slope, &discs[at], &by),
-                };
-                let mut there = change.discs_discs.fixed_view_mut::<3, 3>(3 * at, 3 * other);
-                there += block;
-                let mut back = change.discs_discs.fixed_view_mut::<3, 3>(3 * other, 3 * at);
-                back += block.transpose();
-            }
-            if let Some(nodal) = &self.weight {
-                change.discs_weight.fixed_view_mut::<3, 1>(3 * at, 0).copy_from(&dot(&slope, nodal));
+                for other in (0..discs.len()).filter(|&other| together(other)) {
+                    change.add_both(at, other, &(discs[other].response.near_at(&disc.spot) * -0.5));
+                }
             }
         }
         change
+    }
+}
+
+impl Blocks {
+    /// Adds a change of what disc `seen` does under disc `loaded`, and, by reciprocity, the other way round.
+    fn add_both(&mut self, seen: usize, loaded: usize, change: &Mat3) {
+        let mut there = self.discs_discs.fixed_view_mut::<3, 3>(3 * seen, 3 * loaded);
+        there += change;
+        let mut back = self.discs_discs.fixed_view_mut::<3, 3>(3 * loaded, 3 * seen);
+        back += change.transpose();
     }
 }
 
@@ -353,8 +377,4 @@ fn under_tip(spots: &[Spot], tip: &TipResponse) -> DMatrix<f64> {
         all.rows_mut(3 * i, 3).copy_from(&tip.at(spot));
     }
     all
-}
-
-fn dot(functional: &[Functional; 3], nodal: &[f64]) -> Vec3 {
-    Vec3::from_fn(|i, _| functional[i].iter().map(|&(c, w)| w * nodal[c as usize]).sum())
 }

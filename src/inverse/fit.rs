@@ -16,7 +16,10 @@ use super::residual::Whitening;
 use super::result::Fit;
 use super::search::{candidates, search};
 use super::tilt::turns_little;
-use crate::fem::{Discretisation, FemError, Model, Order, Resolution, Space, Spot, Tip, TipFace, discretise};
+use crate::fem::{
+    Discretisation, FemError, Model, Order, Resolution, Space, Spot, Tip, TipFace, coarseness, discretise,
+    needs_small_edges,
+};
 use crate::mesh::{SurfaceIndex, TetMesh};
 use crate::observation::{self, Contact, Recording, TipShape};
 
@@ -76,8 +79,8 @@ pub fn fit(
     }
     progress(Progress::Building { unknowns: 0 });
     let tips = tips(recording, &evidence)?;
-    let elements = Elements::of(settings);
-    let first = level(recording, &evidence, &first_mesh(recording, &tips)?, settings)?;
+    let elements = Elements::of(settings, coarseness(&recording.mesh, FIXED).map_err(FemError::from)?);
+    let first = level(recording, &evidence, &first_mesh(recording, &tips, settings)?, settings)?;
     progress(Progress::Building { unknowns: first.bench.model.unknowns() });
     turns_little(&first.bench, &evidence)?;
     let held = first.bench.model.space().surface(FIXED).to_vec();
@@ -92,27 +95,46 @@ pub fn fit(
     };
     let start = State { modulus: (low * high).sqrt(), patches: Vec::new() };
     let radius = settings.patch_radius_m;
-    let mut found = search(&mut problem, None, &start, radius, &places, &mut tell)?;
     let mut finest = None;
-    if !settings.quick {
+    let mut found = rayon::in_place_scope(|scope| {
+        if !settings.quick {
+            // The search needs one core at most: the finer elements are made meanwhile.
+            scope.spawn(|_| finest = Some(finer(recording, &evidence, &tips, settings)));
+        }
+        search(&mut problem, None, &start, radius, &places, &mut tell)
+    })?;
+    let mut finest = finest.transpose()?;
+    if let Some(made) = &mut finest {
         // A patch close to a side of the body needs that side resolved, as a tip does.
-        let discs: Vec<Spot> = tips.into_iter().chain(discs(recording, &found)?).collect();
-        let finer = finer(recording, &evidence, &discs, settings)?;
-        found = search(&mut problem, Some(&finer), &found.state, radius, &places, &mut tell)?;
-        finest = Some(finer);
+        let close = close_to_sides(recording, &found)?;
+        if !close.is_empty() {
+            let discs: Vec<Spot> = tips.into_iter().chain(close).collect();
+            *made = finer(recording, &evidence, &discs, settings)?;
+        }
+        found = search(&mut problem, Some(made), &found.state, radius, &places, &mut tell)?;
     }
     problem.whitening = Whitening::new(&evidence, elements.site);
     let found = settle(&mut problem, finest.as_ref(), found)?;
     outcome(
         recording,
         settings,
-        &Found { evidence: &evidence, problem: &problem, at: &found, finer: finest.as_ref() },
+        &Found {
+            elements: &elements,
+            evidence: &evidence,
+            problem: &problem,
+            at: &found,
+            finer: finest.as_ref(),
+        },
     )
 }
 
-/// The mesh of the first discretisation.
-fn first_mesh(recording: &Recording, tips: &[Spot]) -> Result<TetMesh, InverseError> {
-    let resolution = Resolution::of(&recording.mesh, 0).map_err(FemError::from)?;
+/// The mesh of the first discretisation: for a quick fit the given one.
+fn first_mesh(recording: &Recording, tips: &[Spot], settings: &Settings) -> Result<TetMesh, InverseError> {
+    let resolution = if settings.quick {
+        Resolution::AS_GIVEN
+    } else {
+        Resolution::of(&recording.mesh, 0).map_err(FemError::from)?
+    };
     let discs: Vec<&Spot> = tips.iter().collect();
     Ok(discretise(&recording.mesh, FIXED, &discs, &resolution).map_err(FemError::from)?)
 }
@@ -126,17 +148,25 @@ fn finer(
 ) -> Result<Finer, InverseError> {
     let discs: Vec<&Spot> = discs.iter().collect();
     let meshes = Discretisation::pair(&recording.mesh, FIXED, &discs, 1).map_err(FemError::from)?;
-    let coarse = level(recording, evidence, &meshes.coarse, settings)?;
-    let fine = level(recording, evidence, &meshes.fine, settings)?;
-    Ok(Finer { coarse, fine })
+    let (coarse, fine) = rayon::join(
+        || level(recording, evidence, &meshes.coarse, settings),
+        || level(recording, evidence, &meshes.fine, settings),
+    );
+    Ok(Finer { coarse: coarse?, fine: fine? })
 }
 
-/// Discs of the patches found, on the given mesh.
-fn discs(recording: &Recording, found: &Linearised) -> Result<Vec<Spot>, InverseError> {
+/// Those discs of the patches found, on the given mesh, for which it must be cut finer.
+fn close_to_sides(recording: &Recording, found: &Linearised) -> Result<Vec<Spot>, InverseError> {
     let space = Space::new(&recording.mesh, Order::P1).map_err(FemError::from)?;
     let all: Vec<usize> = (0..space.faces().len()).collect();
-    let discs = found.mounted.discs.iter().filter_map(Spot::as_disc);
-    discs.map(|(disc, _)| Ok(Spot::disc(&space, &all, &disc.centre, disc.radius)?)).collect()
+    let mut close = Vec::new();
+    for (disc, _) in found.mounted.discs.iter().filter_map(|disc| disc.spot.as_disc()) {
+        let spot = Spot::disc(&space, &all, &disc.centre, disc.radius)?;
+        if needs_small_edges(&recording.mesh, &spot).map_err(FemError::from)? {
+            close.push(spot);
+        }
+    }
+    Ok(close)
 }
 
 /// The tips' discs on the given mesh.

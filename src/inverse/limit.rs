@@ -38,6 +38,25 @@ pub struct Correction {
     pub limit: Difference,
     /// For the finest discretisation alone.
     pub finest: Difference,
+    /// Where the patches stood that it was made for.
+    made_for: Vec<Restraint>,
+}
+
+/// A correction still holds when no patch has moved, or grown, by more than this share of its radius: the correction,
+/// itself a few per cent, changes over lengths like the radius.
+const STILL_HOLDS: f64 = 0.01;
+
+impl Correction {
+    /// Whether it may as well have been made for `patches`.
+    pub fn holds_for(&self, patches: &[Restraint]) -> bool {
+        let alike = |a: &Restraint, b: &Restraint| {
+            let within = STILL_HOLDS * a.radius_m;
+            a.glued == b.glued
+                && (a.centre - b.centre).norm() <= within
+                && (a.radius_m - b.radius_m).abs() <= within
+        };
+        self.made_for.len() == patches.len() && self.made_for.iter().zip(patches).all(|(a, b)| alike(a, b))
+    }
 }
 
 /// Difference of two compliances, with the patches that it was made for.
@@ -49,14 +68,17 @@ pub struct Difference {
 impl Finer {
     /// The correction of `first`, on which `patches` are mounted uncorrected.
     pub fn correction(&self, first: &Mounted, patches: &[Restraint]) -> Result<Correction, InverseError> {
-        let coarse = Mounted::new(&self.coarse.bench, &self.coarse.search, patches)?.blocks;
-        let fine = Mounted::new(&self.fine.bench, &self.fine.search, patches)?.blocks;
+        let blocks =
+            |level: &Level| Mounted::new(&level.bench, &level.search, patches).map(|mounted| mounted.blocks);
+        let (coarse, fine) = rayon::join(|| blocks(&self.coarse), || blocks(&self.fine));
+        let (coarse, fine) = (coarse?, fine?);
         let limit = coarse.zip(&fine, Discretisation::extrapolate);
         let difference = |other: &Blocks| Difference {
             blocks: first.blocks.zip(other, |first, other| other - first),
             patches: patches.iter().zip(&first.groups).map(|(p, g)| (p.centre, g.discs.clone())).collect(),
         };
-        Ok(Correction { limit: difference(&limit), finest: difference(&fine) })
+        let made_for = patches.to_vec();
+        Ok(Correction { limit: difference(&limit), finest: difference(&fine), made_for })
     }
 }
 

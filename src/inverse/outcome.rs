@@ -22,6 +22,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub(super) struct Found<'a> {
     /// What was observed.
     pub evidence: &'a Evidence,
+    /// What the elements may get wrong.
+    pub elements: &'a Elements,
     /// The problem on the first discretisation.
     pub problem: &'a Problem<'a>,
     /// The state there, corrected to the limit of fine elements, with its Jacobian.
@@ -38,9 +40,9 @@ const LEFT_OF_EXTRAPOLATION: f64 = 0.25;
 /// Relative standard deviation of the stiffness under a tip that elements leave.
 ///
 /// Extrapolated: what P2 leaves away from the end of the glue at the longest edge that
-/// [`Resolution`](crate::fem::Resolution) allows (see the refinement study in the tests). A quick fit stays on one
-/// discretisation; its error was up to the common figure on slabs with free glue ends. P1, offered for comparison,
-/// locks.
+/// [`Resolution`](crate::fem::Resolution) allows (see the refinement study in the tests). A quick fit stays on the given
+/// mesh; on slabs with free glue ends its error was up to the common figure where that mesh was as fine there as the
+/// first level, and it grows with the edges. P1, offered for comparison, locks.
 pub(super) struct Elements {
     /// Of one reading of force, taken while patches are searched for: cautious, because what is not carried
     /// here is explained by patches.
@@ -52,10 +54,11 @@ pub(super) struct Elements {
 }
 
 impl Elements {
-    pub(super) fn of(settings: &Settings) -> Self {
+    /// For these settings, on a given mesh of this [`coarseness`](crate::fem::coarseness).
+    pub(super) fn of(settings: &Settings, coarseness: f64) -> Self {
         match (settings.element, settings.quick) {
             (Order::P1, _) => Self { search: 0.05, site: 0.05, common: 0.2 },
-            (Order::P2, true) => Self { search: 3e-3, site: 3e-3, common: 0.02 },
+            (Order::P2, true) => Self { search: 3e-3, site: 3e-3, common: 0.02 * coarseness.max(1.0) },
             (Order::P2, false) => Self { search: 3e-3, site: 1e-3, common: 1e-3 },
         }
     }
@@ -79,7 +82,7 @@ pub(super) fn outcome(
     }
     let excess = (residual.norm_squared() / freedom as f64).max(1.0);
     let noise = at.covariance().ok_or(FLAT)? * excess;
-    let discretisation = discretisation_covariance(settings, found)?;
+    let discretisation = discretisation_covariance(found)?;
     let modulus_error = discretisation[(0, 0)].sqrt();
     let covariance = noise + discretisation;
     let modulus_sd = modulus * covariance[(0, 0)].sqrt();
@@ -206,11 +209,11 @@ fn centroid_sd(at: &Linearised, covariance: &DMatrix<f64>, patch: usize) -> Vec3
 /// Covariance of the parameters from what discretisation leaves besides what the whitening carries: the error common to
 /// all sites, which is one of the modulus, and part of the step from the finest discretisation to the extrapolated
 /// limit, as an error of all parameters together.
-fn discretisation_covariance(settings: &Settings, found: &Found<'_>) -> Result<DMatrix<f64>, InverseError> {
+fn discretisation_covariance(found: &Found<'_>) -> Result<DMatrix<f64>, InverseError> {
     let (at, problem) = (found.at, found.problem);
     let n = at.parameters.len();
     let mut covariance = DMatrix::zeros(n, n);
-    covariance[(0, 0)] += Elements::of(settings).common.powi(2);
+    covariance[(0, 0)] += found.elements.common.powi(2);
     if let Some(correction) = &problem.correction {
         let patches = &at.state.patches;
         let mut finest = Mounted::new(&problem.bench, &problem.search, patches)?;

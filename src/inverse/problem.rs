@@ -118,8 +118,11 @@ impl<'a> Problem<'a> {
         Ok(self.whitening.residual(&prediction))
     }
 
-    /// Corrects the model for `patches` where they are.
+    /// Corrects the model for `patches` where they are, unless the correction that it has still holds for them.
     pub fn correct(&mut self, finer: &Finer, patches: &[Restraint]) -> Result<(), InverseError> {
+        if self.correction.as_ref().is_some_and(|made| made.holds_for(patches)) {
+            return Ok(());
+        }
         let first = Mounted::new(&self.bench, &self.search, patches)?;
         self.correction = Some(finer.correction(&first, patches)?);
         Ok(())
@@ -157,10 +160,10 @@ impl<'a> Problem<'a> {
             let mut columns = Vec::new();
             for (p, (patch, group)) in state.patches.iter().zip(&mounted.groups).enumerate() {
                 let change = |moved: &[(usize, Vec3)], grown| {
-                    self.bench.changed(&mounted.discs, &mounted.responses, &self.adjoint, moved, grown)
+                    self.bench.changed(&mounted.discs, &self.adjoint, moved, grown)
                 };
                 if let Some((disc, _)) =
-                    mounted.discs[group.discs.start].as_disc().filter(|_| !self.adjoint.is_empty())
+                    mounted.discs[group.discs.start].spot.as_disc().filter(|_| !self.adjoint.is_empty())
                 {
                     let basis = basis_from_axis(&disc.normal);
                     for tangent in [0, 1].map(|axis| basis.column(axis).into_owned()) {

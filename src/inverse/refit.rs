@@ -132,8 +132,11 @@ pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Resu
             }
             _ => {
                 // On the rim of the search surface a minimum may promise more beyond it.
-                refused = refused.or(inside.then_some(promised));
-                if damping.refused() {
+                let before = refused;
+                refused = before.or(inside.then_some(promised));
+                // Less than a standard deviation away, a second refusal means that the misfit is not smooth at this scale.
+                let close = before.is_some() && promised < STILL_PROMISED * unit(&at);
+                if damping.refused() || close {
                     break;
                 }
             }

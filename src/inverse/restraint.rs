@@ -3,8 +3,10 @@
 use super::blocks::{Bench, Blocks};
 use super::error::InverseError;
 use super::forward::Group;
-use crate::fem::{Response, Spot};
+use super::placed::Placed;
+use crate::fem::Spot;
 use crate::geometry::{Vec3, basis_from_axis};
+use std::sync::Arc;
 
 /// One restraint patch in the making.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,9 +33,7 @@ const FACING: f64 = 0.7;
 /// Restraint patches put on a model: discs, their responses, and the groups that share a stiffness.
 pub struct Mounted {
     /// All discs.
-    pub discs: Vec<Spot>,
-    /// Response to a unit force on each.
-    pub responses: Vec<Response>,
+    pub discs: Vec<Arc<Placed>>,
     /// One group a patch.
     pub groups: Vec<Group>,
     /// Compliance with everything.
@@ -94,9 +94,9 @@ impl Mounted {
             groups.push(Group { softness: patch.softness * own.len() as f64, discs: range });
             discs.extend(own);
         }
-        let responses = bench.model.respond(&discs.iter().collect::<Vec<_>>())?;
-        let blocks = bench.blocks(&discs, &responses);
-        Ok(Self { discs, responses, groups, blocks })
+        let discs = bench.place(&discs)?;
+        let blocks = bench.blocks(&discs);
+        Ok(Self { discs, groups, blocks })
     }
 }
 

@@ -85,8 +85,7 @@ pub fn candidates(
             }
             let mut tip = Vec::new();
             let mut under_tip = Vec::new();
-            for site in 0..problem.bench.tips.len() {
-                let response = problem.bench.tip_response(site);
+            for response in problem.bench.tip_responses() {
                 let under = response.at(&spot);
                 tip.push(under.columns(0, response.seen()).transpose());
                 under_tip.push(under);
@@ -112,7 +111,7 @@ pub(super) fn best_candidate(
     candidates: &[Candidate],
 ) -> Result<Option<(usize, f64)>, InverseError> {
     // Candidates are not corrected: their part is judged among compliances that are not either.
-    let blocks = problem.bench.blocks(&at.mounted.discs, &at.mounted.responses);
+    let blocks = problem.bench.blocks(&at.mounted.discs);
     let Some(forward) = Forward::new(&blocks, &at.mounted.groups, at.state.modulus, problem.evidence.driven)
     else {
         return Ok(None);
@@ -123,8 +122,8 @@ pub(super) fn best_candidate(
         .par_iter()
         .map(|candidate| {
             let mut discs = DMatrix::zeros(3 * at.mounted.discs.len(), 3);
-            for (d, response) in at.mounted.responses.iter().enumerate() {
-                discs.rows_mut(3 * d, 3).copy_from(&response.at(&candidate.spot).transpose());
+            for (d, disc) in at.mounted.discs.iter().enumerate() {
+                discs.rows_mut(3 * d, 3).copy_from(&disc.response.at(&candidate.spot).transpose());
             }
             let new = NewDisc {
                 tip: candidate.tip.clone(),

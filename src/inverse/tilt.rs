@@ -17,8 +17,8 @@ const NEGLIGIBLE: f64 = 0.01;
 
 /// Refuses a rigid tip whose held rotation would change its stiffness by more than one per cent.
 pub(super) fn turns_little(bench: &Bench, evidence: &Evidence) -> Result<(), InverseError> {
-    for (site, tip) in bench.tips.iter().enumerate() {
-        let TipResponse::Ports { responses, .. } = bench.tip_response(site) else { continue };
+    for (site, (tip, response)) in bench.tips.iter().zip(bench.tip_responses()).enumerate() {
+        let TipResponse::Ports { responses, .. } = response else { continue };
         // A tip that reads its displacement in one port is free to turn.
         let ([port], [response]) = (tip.ports(), &responses[..]) else { continue };
         let share = left_out(&bench.model, port, response);

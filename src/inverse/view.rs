@@ -85,9 +85,9 @@ fn displaced(
     (0..recording.mesh.nodes.len())
         .map(|node| {
             let position = &problem.bench.model.space().nodes()[node];
-            let mut u = problem.bench.tip_response(site).at_node(node, position, &tip);
-            for (response, f) in mounted.responses.iter().zip(discs.as_slice().chunks_exact(3)) {
-                u += response.at_node(node, position) * Vec3::new(f[0], f[1], f[2]);
+            let mut u = problem.bench.tip_responses()[site].at_node(node, position, &tip);
+            for (disc, f) in mounted.discs.iter().zip(discs.as_slice().chunks_exact(3)) {
+                u += disc.response.at_node(node, position) * Vec3::new(f[0], f[1], f[2]);
             }
             if let Some(nodal) = weight {
                 u += Vec3::from_fn(|i, _| nodal[3 * node + i]) * drive[super::evidence::WEIGHT];

@@ -7,8 +7,9 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Right-hand sides that are solved together: enough to make the dense kernels efficient, few enough to stay in
-/// the cache. Fixed, so that the result does not depend on the number of threads.
+/// Right-hand sides that are solved together, at most: enough to make the dense kernels efficient, few enough to stay
+/// in the cache. Fewer are halved, for two cores. The number of threads has no say, so that the result does not depend
+/// on it.
 const BLOCK: usize = 32;
 
 /// Largest accepted probe residual. A sound factor leaves some 10⁻¹⁶; a damaged one far more than this.
@@ -59,7 +60,8 @@ impl Factor {
         if rhs.len() != expected {
             return Err(SparseError::Length { what: "right-hand sides", expected, found: rhs.len() });
         }
-        rhs.par_chunks_mut(self.dimension * BLOCK).try_for_each(|block| {
+        let together = columns.div_ceil(2).clamp(1, BLOCK);
+        rhs.par_chunks_mut(self.dimension * together).try_for_each(|block| {
             let columns = block.len() / self.dimension;
             self.symbolic.solve(&self.values, block, columns)
         })

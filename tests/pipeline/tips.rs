@@ -35,8 +35,7 @@ fn cut(mesh: &TetMesh) -> TetMesh {
     let discs = SITES.map(|[x, y]| {
         Spot::disc(&space, space.surface("z+"), &Vec3::new(x, y, SIZE[2]), 0.005).expect("on the top")
     });
-    let resolution = Resolution::of(mesh, 0).expect("sound");
-    discretise(mesh, "fixed", &discs.each_ref(), &resolution).expect("sound")
+    discretise(mesh, "fixed", &discs.each_ref(), &Resolution::AS_GIVEN).expect("sound")
 }
 
 /// Noise with no pattern, of unit variance, from a counter (splitmix64, twelve uniform numbers summed).
