@@ -4,4 +4,6 @@ mod jacobian;
 mod practice;
 mod published;
 mod published_recording;
+mod small;
 mod tips;
+mod weights;
