@@ -10,6 +10,7 @@
 //! sizes differ by a factor of two leave, by Richardson's extrapolation (1911), only what does not follow that
 //! law; [`Discretisation::fine`] and [`Discretisation::coarse`] are such a pair.
 
+use super::size_field::{Need, SizeField};
 use super::spot::Spot;
 use crate::geometry::{Disc, Vec3, basis_from_axis};
 use crate::mesh::{MeshError, TetMesh, boundary_triangles, refine};
@@ -50,12 +51,6 @@ const GROWTH: f64 = 1.0;
 /// A disc that hangs over an edge or lies on a curved surface is resolved by edges of this share of its radius.
 const RIM_SHARE: f64 = 0.25;
 
-/// A place that needs small elements: a point, the size wanted there (m).
-struct Need {
-    at: Vec3,
-    size_m: f64,
-}
-
 /// Cuts `mesh` where `fixed` ends and where `discs` (on this mesh) need it, to `resolution`.
 pub fn discretise(
     mesh: &TetMesh,
@@ -63,41 +58,28 @@ pub fn discretise(
     discs: &[&Spot],
     resolution: &Resolution,
 ) -> Result<TetMesh, MeshError> {
-    let mut segments = glue_ends(mesh, fixed)?;
-    for (_, _, size) in &mut segments {
-        *size *= resolution.glue_m;
-    }
-    let mut needs = Vec::new();
+    let boundary = boundary_triangles(mesh)?;
+    let glue = glue_ends(mesh, fixed, &boundary).into_iter();
+    let mut needs: Vec<Need> = glue.map(|(a, b, size)| Need::along(a, b, size * resolution.glue_m)).collect();
     for spot in discs {
-        needs.extend(needs_of(mesh, spot)?);
+        needs.extend(needs_of(mesh, &boundary, spot));
     }
-    Ok(refine(mesh, |p| {
-        let mut size = resolution.longest_m;
-        for (a, b, wanted) in &segments {
-            let along = b - a;
-            let t = ((p - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-            size = size.min(wanted.max(GROWTH * (p - (a + along * t)).norm()));
-        }
-        for need in &needs {
-            size = size.min(need.size_m + GROWTH * (p - need.at).norm());
-        }
-        size
-    }))
+    let sizes = SizeField::new(needs, resolution.longest_m, GROWTH);
+    Ok(refine(mesh, |p| sizes.at(p)))
 }
 
 /// Whether a disc (on this mesh) needs smaller edges than a body without it.
 pub fn needs_small_edges(mesh: &TetMesh, spot: &Spot) -> Result<bool, MeshError> {
-    Ok(!needs_of(mesh, spot)?.is_empty())
+    Ok(!needs_of(mesh, &boundary_triangles(mesh)?, spot).is_empty())
 }
 
 /// What a disc needs.
-fn needs_of(mesh: &TetMesh, spot: &Spot) -> Result<Vec<Need>, MeshError> {
-    let Some((disc, flat)) = spot.as_disc() else { return Ok(Vec::new()) };
+fn needs_of(mesh: &TetMesh, boundary: &[[u32; 3]], spot: &Spot) -> Vec<Need> {
+    let Some((disc, flat)) = spot.as_disc() else { return Vec::new() };
     if flat {
-        return close_sides(mesh, &disc);
+        return close_sides(mesh, boundary, &disc);
     }
-    let rim = rim(&disc, 24);
-    Ok(rim.map(|at| Need { at, size_m: disc.radius * RIM_SHARE }).collect())
+    rim(&disc, 24).map(|at| Need::at(at, disc.radius * RIM_SHARE)).collect()
 }
 
 /// So many points around a disc's rim.
@@ -110,7 +92,7 @@ fn rim(disc: &Disc, points: u32) -> impl Iterator<Item = Vec3> {
 }
 
 /// Edges where the named surface ends: both ends, and the size wanted there relative to the end of flat glue.
-fn glue_ends(mesh: &TetMesh, fixed: &str) -> Result<Vec<(Vec3, Vec3, f64)>, MeshError> {
+fn glue_ends(mesh: &TetMesh, fixed: &str, boundary: &[[u32; 3]]) -> Vec<(Vec3, Vec3, f64)> {
     let mut held: HashMap<(u32, u32), (u32, Vec3)> = HashMap::new();
     for &face in mesh.surface(fixed) {
         let normal = mesh.triangle(face).normal();
@@ -120,7 +102,7 @@ fn glue_ends(mesh: &TetMesh, fixed: &str) -> Result<Vec<(Vec3, Vec3, f64)>, Mesh
     }
     held.retain(|_, (count, _)| *count == 1);
     let mut beside: HashMap<(u32, u32), Vec<Vec3>> = HashMap::new();
-    for face in boundary_triangles(mesh)? {
+    for &face in boundary {
         for edge in edges(face) {
             if held.contains_key(&edge) {
                 beside.entry(edge).or_default().push(mesh.triangle(face).normal());
@@ -135,10 +117,7 @@ fn glue_ends(mesh: &TetMesh, fixed: &str) -> Result<Vec<(Vec3, Vec3, f64)>, Mesh
         })
         .collect();
     ends.sort_by_key(|(edge, _)| *edge);
-    Ok(ends
-        .into_iter()
-        .map(|((a, b), size)| (mesh.nodes[a as usize], mesh.nodes[b as usize], size))
-        .collect())
+    ends.into_iter().map(|((a, b), size)| (mesh.nodes[a as usize], mesh.nodes[b as usize], size)).collect()
 }
 
 fn edges(face: [u32; 3]) -> [(u32, u32); 3] {
@@ -146,10 +125,10 @@ fn edges(face: [u32; 3]) -> [(u32, u32); 3] {
 }
 
 /// Points of other sides of the body close to a flat disc, with the size that the near field needs there.
-fn close_sides(mesh: &TetMesh, disc: &Disc) -> Result<Vec<Need>, MeshError> {
+fn close_sides(mesh: &TetMesh, boundary: &[[u32; 3]], disc: &Disc) -> Vec<Need> {
     let rim: Vec<Vec3> = rim(disc, 48).collect();
     let mut needs = Vec::new();
-    for face in boundary_triangles(mesh)? {
+    for &face in boundary {
         let triangle = mesh.triangle(face);
         if triangle.0.iter().all(|p| (p - disc.centre).dot(&disc.normal).abs() < 1e-4 * disc.radius) {
             continue;
@@ -158,11 +137,11 @@ fn close_sides(mesh: &TetMesh, disc: &Disc) -> Result<Vec<Need>, MeshError> {
             let near = triangle.nearest(p).position;
             let distance = (near - p).norm();
             if distance < 0.5 * disc.radius {
-                needs.push(Need { at: near, size_m: (0.6 * distance).max(0.05 * disc.radius) });
+                needs.push(Need::at(near, (0.6 * distance).max(0.05 * disc.radius)));
             }
         }
     }
-    Ok(needs)
+    needs
 }
 
 /// Two discretisations of one body whose sizes at the end of the glue differ by a factor of two.
@@ -207,7 +186,7 @@ pub fn coarseness(mesh: &TetMesh, fixed: &str) -> Result<f64, MeshError> {
 /// Mean length (m) of the edges at which flat glue ends, or, where none does, of those at which glue and body end
 /// together.
 fn glue_edge_m(mesh: &TetMesh, fixed: &str) -> Result<Option<f64>, MeshError> {
-    let ends = glue_ends(mesh, fixed)?;
+    let ends = glue_ends(mesh, fixed, &boundary_triangles(mesh)?);
     let mean = |flat: bool| {
         let lengths: Vec<f64> =
             ends.iter().filter(|(.., size)| (*size == 1.0) == flat).map(|(a, b, _)| (b - a).norm()).collect();

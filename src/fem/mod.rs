@@ -17,6 +17,7 @@ mod near;
 mod ports;
 mod punch;
 mod rigid_face;
+mod size_field;
 mod space;
 mod sphere;
 mod spot;

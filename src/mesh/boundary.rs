@@ -1,7 +1,6 @@
 //! The outer faces of a mesh.
 
 use super::{MeshError, TetMesh};
-use std::collections::HashMap;
 
 /// Faces of a tetrahedron of positive volume, anticlockwise seen from outside.
 const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
@@ -10,13 +9,16 @@ const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 ///
 /// A face that belongs to more than two tetrahedra is refused.
 pub fn boundary_triangles(mesh: &TetMesh) -> Result<Vec<[u32; 3]>, MeshError> {
-    let mut count: HashMap<[u32; 3], usize> = HashMap::with_capacity(mesh.tets.len() * 2);
-    for face in faces(mesh) {
-        *count.entry(sorted(face)).or_default() += 1;
+    let all: Vec<[u32; 3]> = faces(mesh).collect();
+    let mut keyed: Vec<([u32; 3], usize)> = all.iter().map(|&face| sorted(face)).zip(0..).collect();
+    keyed.sort_unstable();
+    let mut count = vec![0; all.len()];
+    for same in keyed.chunk_by(|a, b| a.0 == b.0) {
+        same.iter().for_each(|&(_, face)| count[face] = same.len());
     }
     let mut boundary = Vec::new();
-    for face in faces(mesh) {
-        match count[&sorted(face)] {
+    for (face, count) in all.into_iter().zip(count) {
+        match count {
             1 => boundary.push(face),
             2 => {}
             count => return Err(MeshError::BranchingFace { face, count }),

@@ -3,7 +3,7 @@
 //! Heavy-edge matching (Karypis & Kumar 1998): each node merges with the free neighbour it is tied to most
 //! strongly, nodes of few neighbours first, so that few edges remain.
 
-use super::graph::Graph;
+use super::graph::{Graph, grouped};
 
 /// A smaller graph that stands for a larger one.
 #[derive(Debug)]
@@ -19,8 +19,8 @@ pub(super) struct Coarse {
 pub(super) fn coarsened(graph: &Graph, points: &[[f64; 3]], goal: usize) -> Option<Coarse> {
     let n = graph.len();
     let heaviest = 1.5 * graph.weight.iter().map(|&w| f64::from(w)).sum::<f64>() / goal as f64;
-    let mut order: Vec<u32> = (0..n as u32).collect();
-    order.sort_by_key(|&node| graph.neighbours(node as usize).len());
+    let degrees: Vec<u32> = (0..n).map(|node| graph.neighbours(node).len() as u32).collect();
+    let (_, order) = grouped(&degrees, n);
     let mut coarse_of = vec![u32::MAX; n];
     let mut count = 0;
     for node in order.into_iter().map(|node| node as usize) {

@@ -11,7 +11,7 @@ use super::separator::{distances, separate};
 /// Nodes of a part that is not cut any further.
 const LEAF: usize = 100;
 /// Nodes of a part that is worth a task of its own.
-const TASK: usize = 2_000;
+pub(super) const TASK: usize = 2_000;
 
 /// An elimination order of the graph's nodes; `points` (m) guide the cuts.
 pub(super) fn nested_dissection(graph: &Graph, points: &[[f64; 3]]) -> Vec<u32> {

@@ -62,33 +62,34 @@ impl Graph {
     /// The graph in which all nodes with the same number in `coarse_of` (below `count`) are one: weights and
     /// strengths add up.
     pub(super) fn contracted(&self, coarse_of: &[u32], count: usize) -> Self {
-        let mut members = vec![Vec::new(); count];
-        for (node, &coarse) in coarse_of.iter().enumerate() {
-            members[coarse as usize].push(node);
-        }
+        let (firsts, members) = grouped(coarse_of, count);
+        let members_of = |coarse: usize| &members[firsts[coarse] as usize..firsts[coarse + 1] as usize];
         let mut starts = Vec::with_capacity(count + 1);
         starts.push(0);
         let (mut neighbours, mut strengths): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
         let mut place_of = vec![usize::MAX; count];
-        for (coarse, members) in members.iter().enumerate() {
+        let mut weight = Vec::with_capacity(count);
+        for coarse in 0..count {
             let first = neighbours.len();
-            for (m, strength) in members.iter().flat_map(|&node| self.edges(node)) {
-                let other = coarse_of[m as usize];
-                if other as usize == coarse {
-                    continue;
-                }
-                let place = place_of[other as usize];
-                if place < neighbours.len() && place >= first {
-                    strengths[place] += strength;
-                } else {
-                    place_of[other as usize] = neighbours.len();
-                    neighbours.push(other);
-                    strengths.push(strength);
+            for &node in members_of(coarse) {
+                for (m, strength) in self.edges(node as usize) {
+                    let other = coarse_of[m as usize];
+                    if other as usize == coarse {
+                        continue;
+                    }
+                    let place = place_of[other as usize];
+                    if place < neighbours.len() && place >= first {
+                        strengths[place] += strength;
+                    } else {
+                        place_of[other as usize] = neighbours.len();
+                        neighbours.push(other);
+                        strengths.push(strength);
+                    }
                 }
             }
             starts.push(neighbours.len() as u32);
+            weight.push(members_of(coarse).iter().map(|&node| self.weight[node as usize]).sum());
         }
-        let weight = members.iter().map(|m| m.iter().map(|&node| self.weight[node]).sum()).collect();
         Self { starts, neighbours, strengths, weight }
     }
 
@@ -120,6 +121,25 @@ impl Graph {
             weight: nodes.iter().map(|&n| self.weight[n as usize]).collect(),
         }
     }
+}
+
+/// Numbers `0..class_of.len()` sorted by class (below `count`), those of one class ascending, and where each class
+/// starts.
+pub(super) fn grouped(class_of: &[u32], count: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = vec![0_u32; count + 1];
+    for &class in class_of {
+        starts[class as usize + 1] += 1;
+    }
+    for class in 0..count {
+        starts[class + 1] += starts[class];
+    }
+    let mut members = vec![0_u32; class_of.len()];
+    let mut next = starts.clone();
+    for (member, &class) in class_of.iter().enumerate() {
+        members[next[class as usize] as usize] = member as u32;
+        next[class as usize] += 1;
+    }
+    (starts, members)
 }
 
 /// Unknowns grouped to blocks, and the graph of the blocks.

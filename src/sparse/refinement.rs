@@ -4,7 +4,6 @@
 //! A round takes the best move even if it loses, moves no node twice, and returns to the best state it met.
 
 use super::graph::Graph;
-use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// The part a node belongs to.
@@ -25,7 +24,7 @@ const UNEVENNESS_CHARGE: f64 = 0.3;
 /// Rounds of refinement, if each one gains.
 const ROUNDS: usize = 4;
 /// Moves without gain before a round is given up, at least and as a share of the separator.
-const PATIENCE: (usize, f64) = (40, 0.3);
+const PATIENCE: (usize, f64) = (15, 0.3);
 
 /// Weights of the two parts and the separator.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +47,7 @@ impl Weights {
 }
 
 /// Makes a separator better while that works; its cost, which is infinite when a part is too light.
-pub(super) fn refined(graph: &Graph, sides: Vec<Side>) -> (f64, Vec<Side>) {
+pub(super) fn refined(graph: &Graph, sides: &[Side]) -> (f64, Vec<Side>) {
     let mut refinement = Refinement::new(graph, sides);
     for _ in 0..ROUNDS {
         if !refinement.round() {
@@ -56,53 +55,81 @@ pub(super) fn refined(graph: &Graph, sides: Vec<Side>) -> (f64, Vec<Side>) {
         }
     }
     let cost = if refinement.weights.allowed() { refinement.weights.cost() } else { f64::INFINITY };
-    (cost, refinement.side)
+    (cost, refinement.sides())
 }
 
 /// A separator while nodes are moved.
 struct Refinement<'a> {
     graph: &'a Graph,
-    side: Vec<Side>,
+    nodes: Vec<Node>,
     weights: Weights,
-    /// For separator nodes: weight of their neighbours in the first and in the second part.
-    touching: Vec<[i64; 2]>,
-    /// Nodes that were moved in this round and stay.
-    settled: Vec<bool>,
-    /// Candidate moves for each side: (gain, node); outdated ones are dropped when they surface.
-    queues: [BinaryHeap<(i64, Reverse<u32>)>; 2],
+    /// Candidate moves for each side. Gains that have risen since were offered anew; gains that have fallen are
+    /// found out when they surface.
+    queues: [BinaryHeap<Move>; 2],
     /// Changes since the best state: node and the side it had.
     undo: Vec<(u32, Side)>,
+}
+
+/// What is known of a node.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    /// For separator nodes: weight of their neighbours in the first and in the second part.
+    touching: [i32; 2],
+    side: Side,
+    /// Whether it was moved in this round and stays.
+    settled: bool,
+}
+
+/// A node that may leave the separator, in the order of the gain; of equal gains the smaller node comes first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Move(i64);
+
+impl Move {
+    fn new(gain: i32, node: u32) -> Self {
+        Self(i64::from(gain) << 32 | i64::from(!node))
+    }
+
+    fn gain(self) -> i32 {
+        (self.0 >> 32) as i32
+    }
+
+    fn node(self) -> u32 {
+        !(self.0 as u32)
+    }
 }
 
 const SIDES: [Side; 2] = [Side::First, Side::Second];
 
 impl<'a> Refinement<'a> {
-    fn new(graph: &'a Graph, side: Vec<Side>) -> Self {
+    fn new(graph: &'a Graph, sides: &[Side]) -> Self {
         let mut weights = Weights([0; 3]);
-        for (node, &s) in side.iter().enumerate() {
-            weights.0[s as usize] += i64::from(graph.weight[node]);
+        for (side, &weight) in sides.iter().zip(&graph.weight) {
+            weights.0[*side as usize] += i64::from(weight);
         }
-        let n = graph.len();
-        Self {
-            graph,
-            side,
-            weights,
-            touching: vec![[0; 2]; n],
-            settled: vec![false; n],
-            queues: [BinaryHeap::new(), BinaryHeap::new()],
-            undo: Vec::new(),
-        }
+        let nodes = sides.iter().map(|&side| Node { touching: [0; 2], side, settled: false }).collect();
+        Self { graph, nodes, weights, queues: [BinaryHeap::new(), BinaryHeap::new()], undo: Vec::new() }
+    }
+
+    fn sides(&self) -> Vec<Side> {
+        self.nodes.iter().map(|node| node.side).collect()
     }
 
     /// Moves nodes until nothing was gained for a while, and returns to the best state. True if it is better
     /// than the state before.
     fn round(&mut self) -> bool {
-        self.settled.fill(false);
         self.queues.iter_mut().for_each(BinaryHeap::clear);
         self.undo.clear();
-        for node in 0..self.graph.len() {
-            if self.side[node] == Side::Between {
-                self.enter(node);
+        for node in 0..self.nodes.len() {
+            self.nodes[node].settled = false;
+            if self.nodes[node].side == Side::Between {
+                let mut touching = [0; 2];
+                for &m in self.graph.neighbours(node) {
+                    if let side @ (Side::First | Side::Second) = self.nodes[m as usize].side {
+                        touching[side as usize] += self.graph.weight[m as usize] as i32;
+                    }
+                }
+                self.nodes[node].touching = touching;
+                SIDES.into_iter().for_each(|to| self.offer(node, to));
             }
         }
         let start = (self.weights.allowed(), self.weights.cost());
@@ -121,66 +148,74 @@ impl<'a> Refinement<'a> {
             }
         }
         while let Some((node, side)) = self.undo.pop() {
-            self.side[node as usize] = side;
+            self.nodes[node as usize].side = side;
         }
         self.weights = best.2;
         (!best.0, best.1) < (!start.0, start.1)
     }
 
     /// The weight by which the separator shrinks when `node` leaves it for `to`.
-    fn gain(&self, node: usize, to: Side) -> i64 {
-        i64::from(self.graph.weight[node]) - self.touching[node][1 - to as usize]
+    fn gain(&self, node: usize, to: Side) -> i32 {
+        self.graph.weight[node] as i32 - self.nodes[node].touching[1 - to as usize]
     }
 
-    /// Counts what a node that entered the separator touches, and offers its moves.
-    fn enter(&mut self, node: usize) {
-        let mut touching = [0; 2];
-        for &m in self.graph.neighbours(node) {
-            if let side @ (Side::First | Side::Second) = self.side[m as usize] {
-                touching[side as usize] += i64::from(self.graph.weight[m as usize]);
-            }
-        }
-        self.touching[node] = touching;
-        self.offer(node);
+    fn offer(&mut self, node: usize, to: Side) {
+        self.queues[to as usize].push(Move::new(self.gain(node, to), node as u32));
     }
 
-    fn offer(&mut self, node: usize) {
-        if !self.settled[node] {
-            for to in SIDES {
-                self.queues[to as usize].push((self.gain(node, to), Reverse(node as u32)));
-            }
-        }
-    }
-
-    /// The move of greatest gain that keeps the balance; at equal gain the one to the lighter side.
+    /// The move of greatest gain; at equal gain the one to the lighter side. A side whose best move would leave
+    /// the other too light has to wait.
     fn next_move(&mut self) -> Option<(usize, Side)> {
-        let mut tops = [None; 2];
-        for to in SIDES {
-            while let Some(&(gain, Reverse(node))) = self.queues[to as usize].peek() {
-                let node = node as usize;
-                let current =
-                    self.side[node] == Side::Between && !self.settled[node] && self.gain(node, to) == gain;
-                let mut after = self.weights;
-                after.0[to as usize] += i64::from(self.graph.weight[node]);
-                after.0[1 - to as usize] -= self.touching[node][1 - to as usize];
-                let grows_lighter = self.weights.0[to as usize] <= self.weights.0[1 - to as usize];
-                if current && (grows_lighter || after.allowed()) {
-                    tops[to as usize] = Some((gain, node));
-                    break;
+        let mut best: Option<(i32, usize, Side)> = None;
+        let lighter = SIDES[usize::from(self.weights.0[1] < self.weights.0[0])];
+        for to in [lighter, SIDES[1 - lighter as usize]] {
+            if let Some((gain, node)) = self.top(to)
+                && best.is_none_or(|(other, ..)| gain > other)
+                && (to == lighter || self.leaves_enough(node, to))
+            {
+                best = Some((gain, node, to));
+            }
+        }
+        best.map(|(_, node, to)| (node, to))
+    }
+
+    /// The node of greatest gain among those that may leave the separator for `to`.
+    fn top(&mut self, to: Side) -> Option<(i32, usize)> {
+        while let Some(&offered) = self.queues[to as usize].peek() {
+            let node = offered.node() as usize;
+            let known = self.nodes[node];
+            if known.side == Side::Between && !known.settled {
+                let gain = self.gain(node, to);
+                if gain == offered.gain() {
+                    return Some((gain, node));
                 }
-                self.queues[to as usize].pop();
+                if gain < offered.gain() {
+                    self.offer_again(node, to);
+                    continue;
+                }
             }
+            self.queues[to as usize].pop();
         }
-        let lighter = usize::from(self.weights.0[1] < self.weights.0[0]);
-        match tops {
-            [Some(a), Some(b)] => {
-                let to = if a.0 == b.0 { lighter } else { usize::from(b.0 > a.0) };
-                Some(([a, b][to].1, SIDES[to]))
-            }
-            [Some(a), None] => Some((a.1, Side::First)),
-            [None, Some(b)] => Some((b.1, Side::Second)),
-            [None, None] => None,
+        None
+    }
+
+    /// Puts the first move of a queue where its gain belongs now.
+    fn offer_again(&mut self, node: usize, to: Side) {
+        let current = Move::new(self.gain(node, to), node as u32);
+        if let Some(mut first) = self.queues[to as usize].peek_mut() {
+            *first = current;
         }
+    }
+
+    /// Whether the parts are allowed after `node` has left the separator for `to`.
+    fn leaves_enough(&self, node: usize, to: Side) -> bool {
+        let mut after = self.weights;
+        let (weight, entering) =
+            (i64::from(self.graph.weight[node]), i64::from(self.nodes[node].touching[1 - to as usize]));
+        after.0[to as usize] += weight;
+        after.0[1 - to as usize] -= entering;
+        after.0[2] += entering - weight;
+        after.allowed()
     }
 
     /// Moves `node` out of the separator; its neighbours on the other side enter it.
@@ -188,34 +223,42 @@ impl<'a> Refinement<'a> {
         let graph = self.graph;
         let from = SIDES[1 - to as usize];
         self.put(node, to);
-        self.settled[node] = true;
-        let weight = i64::from(graph.weight[node]);
+        self.nodes[node].settled = true;
+        let weight = graph.weight[node] as i32;
         for &m in graph.neighbours(node) {
             let m = m as usize;
-            if self.side[m] == Side::Between {
-                self.touching[m][to as usize] += weight;
-                self.offer(m);
-            } else if self.side[m] == from {
+            if self.nodes[m].side == Side::Between {
+                self.nodes[m].touching[to as usize] += weight;
+            } else if self.nodes[m].side == from {
                 self.put(m, Side::Between);
-                let entered = i64::from(graph.weight[m]);
+                let entered = graph.weight[m] as i32;
+                let mut touching = [0; 2];
                 for &k in graph.neighbours(m) {
                     let k = k as usize;
-                    if self.side[k] == Side::Between && k != m {
-                        self.touching[k][from as usize] -= entered;
-                        self.offer(k);
+                    match self.nodes[k].side {
+                        Side::Between => {
+                            self.nodes[k].touching[from as usize] -= entered;
+                            if !self.nodes[k].settled {
+                                self.offer(k, to);
+                            }
+                        }
+                        side => touching[side as usize] += graph.weight[k] as i32,
                     }
                 }
-                self.enter(m);
+                self.nodes[m].touching = touching;
+                if !self.nodes[m].settled {
+                    SIDES.into_iter().for_each(|to| self.offer(m, to));
+                }
             }
         }
     }
 
     fn put(&mut self, node: usize, to: Side) {
-        let (from, weight) = (self.side[node], i64::from(self.graph.weight[node]));
+        let (from, weight) = (self.nodes[node].side, i64::from(self.graph.weight[node]));
         self.undo.push((node as u32, from));
         self.weights.0[from as usize] -= weight;
         self.weights.0[to as usize] += weight;
-        self.side[node] = to;
+        self.nodes[node].side = to;
     }
 }
 
@@ -243,7 +286,7 @@ mod tests {
                 _ => Side::Second,
             })
             .collect();
-        let (cost, sides) = refined(&graph, sides);
+        let (cost, sides) = refined(&graph, &sides);
         assert!(weight_of(&sides, Side::Between) <= 16, "{}", weight_of(&sides, Side::Between));
         assert!(cost.is_finite());
         for node in 0..256 {
@@ -260,9 +303,9 @@ mod tests {
         let mut start = vec![Side::First; 81];
         start[36..45].fill(Side::Between);
         start[45..].fill(Side::Second);
-        let mut refinement = Refinement::new(&graph, start);
+        let mut refinement = Refinement::new(&graph, &start);
         refinement.round();
-        let counted = SIDES.map(|s| weight_of(&refinement.side, s) as i64);
+        let counted = SIDES.map(|s| weight_of(&refinement.sides(), s) as i64);
         assert_eq!(refinement.weights.0[..2], counted);
         assert_eq!(refinement.weights.0.iter().sum::<i64>(), 81);
         assert!(refinement.weights.0[2] <= 9);

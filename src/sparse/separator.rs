@@ -11,7 +11,8 @@
 //! separator, and the cheapest moment is kept. Nothing here is random.
 
 use super::coarse::coarsened;
-use super::graph::Graph;
+use super::dissection::TASK;
+use super::graph::{Graph, grouped};
 use super::refinement::{Side, Weights, refined};
 use nalgebra::{Matrix3, Vector3};
 use std::cmp::Reverse;
@@ -26,6 +27,9 @@ struct Effort {
     refined: usize,
 }
 
+/// Classes of equal keys in a sweep, for every node.
+const CLASSES: usize = 4;
+
 /// For the coarsest graph, which is small and decides most.
 const THOROUGH: Effort = Effort { starts: 4, refined: 5 };
 /// For the graph itself.
@@ -34,9 +38,14 @@ const QUICK: Effort = Effort { starts: 1, refined: 2 };
 /// Cuts a connected graph of at least two nodes; `points` (m) guide the cut. Everything is in the separator when
 /// the graph is so dense that nothing leaves two parts.
 pub(super) fn separate(graph: &Graph, points: &[[f64; 3]]) -> Vec<Side> {
-    let multilevel = multilevel_cut(graph, points);
-    let direct = best_sweep(graph, points, QUICK);
+    let (multilevel, direct) =
+        both(graph.len(), || multilevel_cut(graph, points), || best_sweep(graph, points, QUICK));
     if direct.0 < multilevel.0 { direct.1 } else { multilevel.1 }
+}
+
+/// Results of two searches through a graph of `nodes`, at the same time where that pays.
+fn both<T: Send>(nodes: usize, a: impl FnOnce() -> T + Send, b: impl FnOnce() -> T + Send) -> (T, T) {
+    if nodes > TASK { rayon::join(a, b) } else { (a(), b()) }
 }
 
 /// The cut through all levels, and its cost.
@@ -44,7 +53,8 @@ fn multilevel_cut(graph: &Graph, points: &[[f64; 3]]) -> (f64, Vec<Side>) {
     let coarse = if graph.len() > COARSE { coarsened(graph, points, COARSE) } else { None };
     let Some(coarse) = coarse else { return best_sweep(graph, points, THOROUGH) };
     let (_, sides) = multilevel_cut(&coarse.graph, &coarse.points);
-    refined(graph, coarse.coarse_of.iter().map(|&c| sides[c as usize]).collect())
+    let carried: Vec<Side> = coarse.coarse_of.iter().map(|&c| sides[c as usize]).collect();
+    refined(graph, &carried)
 }
 
 /// The cheapest of the best sweeps after refinement, and its cost.
@@ -52,7 +62,7 @@ fn best_sweep(graph: &Graph, points: &[[f64; 3]], effort: Effort) -> (f64, Vec<S
     let keys = keys(graph, points, effort.starts);
     let mut proposals: Vec<(f64, Vec<Side>)> = keys.iter().filter_map(|key| sweep(graph, key)).collect();
     proposals.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let refined = proposals.into_iter().take(effort.refined).map(|(_, sides)| refined(graph, sides));
+    let refined = proposals.into_iter().take(effort.refined).map(|(_, sides)| refined(graph, &sides));
     let best = refined.min_by(|a, b| a.0.total_cmp(&b.0));
     best.unwrap_or_else(|| (f64::INFINITY, vec![Side::Between; graph.len()]))
 }
@@ -116,12 +126,21 @@ fn furthest(distance: &[u32]) -> usize {
     (0..distance.len()).max_by_key(|&i| (distance[i], Reverse(i))).unwrap_or(0)
 }
 
+/// The nodes in the order of `key`, to a fraction of the keys' range that is smaller than the share of one node;
+/// equal ones ascending.
+fn sorted(key: &[f64]) -> Vec<u32> {
+    let (low, high) = key.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &k| (l.min(k), h.max(k)));
+    let classes = CLASSES * key.len();
+    let scale = if high > low { (classes - 1) as f64 / (high - low) } else { 0.0 };
+    let class_of: Vec<u32> = key.iter().map(|k| ((k - low) * scale) as u32).collect();
+    grouped(&class_of, classes).1
+}
+
 /// The cheapest separator met while the nodes are passed in the order of `key`; `None` when the sweep never
 /// leaves a node on both sides.
 fn sweep(graph: &Graph, key: &[f64]) -> Option<(f64, Vec<Side>)> {
     let n = graph.len();
-    let mut order: Vec<u32> = (0..n as u32).collect();
-    order.sort_unstable_by(|&a, &b| key[a as usize].total_cmp(&key[b as usize]).then(a.cmp(&b)));
+    let order = sorted(key);
     let mut rank = vec![0_u32; n];
     for (place, &node) in order.iter().enumerate() {
         rank[node as usize] = place as u32;
