@@ -2,7 +2,7 @@
 //! figures.
 
 use super::{Context, Exit, Outcome, StagedFolder, UsageError};
-use crate::inverse::experiment::{Study, StudySettings, Summary, shapes, study, summarise};
+use crate::inverse::experiment::{Study, StudySettings, Summary, bars, shapes, study, summarise};
 use crate::report::{experiment_text, write_experiment};
 use anyhow::Context as _;
 use clap::Args;
@@ -112,12 +112,30 @@ fn outcome(arguments: &BlockExperimentArguments, study: &Study, summaries: &[Sum
             })
         })
         .collect();
+    let bars: Vec<_> = bars(study, summaries)
+        .iter()
+        .map(|b| {
+            let pair = |[e, k]: [Option<f64>; 2], k_name: &str| json!({ "young_modulus": e, k_name: k });
+            json!({
+                "restraint": format!("{:?}", b.restraint),
+                "snr_db": b.snr_db,
+                "trials": b.trials,
+                "rms_over_bound": pair(b.rms_over_bound, "total"),
+                "published_rms_over_bound": pair(b.published_over_bound, "total"),
+                "median_over_published": pair(b.median_over_published, "gamma"),
+                "median_over_bound": pair(b.median_over_bound, "gamma"),
+                "efficient": b.efficient,
+                "better_than_published": b.better,
+            })
+        })
+        .collect();
     let json = json!({
         "format": "phantom-experiment/1",
         "same_mesh": arguments.data == DataMesh::Same,
         "seeds": arguments.seeds,
         "failures": study.failures.len(),
         "rows": rows,
+        "bars": bars,
     });
     Outcome { exit, text, json }
 }

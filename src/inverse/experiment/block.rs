@@ -88,6 +88,11 @@ impl BlockExperiment {
         })
     }
 
+    /// Where the search nodes are (m).
+    pub fn search_places(&self) -> Vec<Vec3> {
+        self.search.iter().map(|&n| self.mesh.nodes[n as usize]).collect()
+    }
+
     /// The body condensed on the experiment's own mesh, first-order elements as in the paper.
     ///
     /// # Errors

@@ -4,7 +4,7 @@
 //! 10^(−SNR/20). Seed s draws the same normal numbers at every level.
 
 use super::{BlockExperiment, Restraint};
-use crate::inverse::nodal::{self, Bound, NodalProblem};
+use crate::inverse::nodal::{self, Bound, NodalProblem, Outline};
 use crate::inverse::published::{
     Regularisation, StepOne, StepOneFit, StepOneRules, equivalent_stiffness, reactions, search_forces,
 };
@@ -140,6 +140,7 @@ impl StudySettings {
 struct Bench {
     body: Condensed,
     nodal: NodalProblem,
+    outline: Outline,
     step_one: Vec<StepOne>,
 }
 
@@ -160,7 +161,8 @@ pub fn study(
         true => NodalProblem::new(&experiment.condense_finer()?)?,
         false => nodal.clone(),
     };
-    let bench = Bench { body, nodal, step_one: step_one? };
+    let outline = Outline::new(&experiment.search_places());
+    let bench = Bench { body, nodal, outline, step_one: step_one? };
     let settings = settings.clone();
     let mut found =
         Study { settings, experiment, truth: vec![], bounds: vec![], trials: vec![], failures: vec![] };
@@ -279,7 +281,7 @@ impl Data<'_> {
     ) -> Result<Trial, SolveError> {
         // Data without noise are taken as known to 60 dB: the likelihood needs a width.
         let sigma_m = self.sigma_m.max(1e-3 * observed.norm() / (observed.len() as f64).sqrt());
-        let fit = nodal::fit(&bench.nodal, &bench.nodal.reduce(observed, sigma_m)?)?;
+        let fit = nodal::fit(&bench.nodal, &bench.outline, &bench.nodal.reduce(observed, sigma_m)?)?;
         let modulus = fit.young_modulus_pa.value;
         let (search, modelled) = bench.nodal.displace(modulus, &fit.stiffness_n_per_m)?;
         let psi_half_m = (observed - modelled).norm() / (observed.len() as f64 / 3.0).sqrt();

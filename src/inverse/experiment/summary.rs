@@ -22,6 +22,8 @@ pub struct Summary {
     pub trials: usize,
     /// Of which the iteration converged.
     pub converged: usize,
+    /// Restrained nodes.
+    pub restrained_nodes: usize,
     /// Young's modulus (Pa).
     pub young_modulus_pa: Spread,
     /// Ψ½ (m).
@@ -74,6 +76,7 @@ pub fn summarise(study: &Study) -> Vec<Summary> {
                 method,
                 trials: of.len(),
                 converged: of.iter().filter(|t| t.converged).count(),
+                restrained_nodes: study.experiment.restrained.len(),
                 young_modulus_pa: spread(column(&|t| t.young_modulus_pa)),
                 psi_half_m: spread(column(&|t| t.psi_half_m)),
                 phi_half_m: spread(column(&|t| t.phi_half_m)),

@@ -45,6 +45,14 @@ pub struct NodalData {
     pub(super) count: usize,
 }
 
+impl NodalData {
+    /// What the information criterion (Schwarz, Annals of Statistics 6, 1978) charges, in χ², for one more thing to
+    /// be said about the restraint: the logarithm of the number of observed components.
+    pub(super) fn price(&self) -> f64 {
+        (self.count as f64).ln()
+    }
+}
+
 /// The body with springs: prediction and derivatives.
 #[derive(Debug, Clone)]
 pub(super) struct State {

@@ -12,6 +12,7 @@
 mod alike;
 mod bound;
 mod forward;
+mod outline;
 mod select;
 mod support;
 #[cfg(test)]
@@ -19,5 +20,6 @@ mod tests;
 
 pub use bound::{Bound, bound};
 pub use forward::{NodalData, NodalProblem};
+pub use outline::Outline;
 pub use select::{NodalFit, Springs, fit};
 pub use support::{SupportFit, fit_support};

@@ -28,7 +28,7 @@ pub struct SupportFit {
 /// Accepted slope: a cosine that no data can show.
 const SLOPE: f64 = 1e-7;
 /// After so many steps in a row that lower χ² by less than this, nothing that χ² decides changes any more.
-const SETTLED: f64 = 1e-6;
+const SETTLED: f64 = 1e-4;
 const IDLE: usize = 3;
 /// A χ² below this leaves nothing to explain.
 const NOTHING: f64 = 1e-4;
@@ -152,40 +152,48 @@ pub(super) fn fit_capped(
     })
 }
 
-/// Minimises ½ dᵀ(N + μ I)d − rᵀd in a box: cyclic coordinate descent finds which bounds hold, a Cholesky
-/// factor finishes what lies between them, unless that would leave the box.
+/// Minimises ½ dᵀ(N + μ I)d − rᵀd in a box that holds 0, by active sets: the unknowns between their bounds are
+/// solved for; one that would leave its room stops at the bound; one whose slope points inwards is let go again.
 fn in_box(normal: &DMatrix<f64>, damping: f64, right: &DVector<f64>, room: &[(f64, f64)]) -> DVector<f64> {
-    const SWEEPS: usize = 500;
     let n = right.len();
     let mut d = DVector::<f64>::zeros(n);
-    let mut slope = right.clone();
-    for _ in 0..SWEEPS {
-        let mut greatest = 0.0_f64;
-        for j in 0..n {
-            let own = normal[(j, j)] + damping;
-            let to = (d[j] + (slope[j] - damping * d[j]) / own).clamp(room[j].0, room[j].1);
-            let step = to - d[j];
-            if step != 0.0 {
-                d[j] = to;
-                slope.axpy(-step, &normal.column(j), 1.0);
-                greatest = greatest.max(step.abs());
+    let slope_at = |d: &DVector<f64>| right - normal * d - d * damping;
+    let outwards = |d: &DVector<f64>, slope: &DVector<f64>, j: usize| {
+        d[j] <= room[j].0 && slope[j] <= 0.0 || d[j] >= room[j].1 && slope[j] >= 0.0
+    };
+    let mut free: Vec<usize> = (0..n).filter(|&j| !outwards(&d, right, j)).collect();
+    // Every round takes one unknown to or from a bound; few come back.
+    for _ in 0..10 * n {
+        let slope = slope_at(&d);
+        let part = DMatrix::from_fn(free.len(), free.len(), |r, c| {
+            normal[(free[r], free[c])] + if r == c { damping } else { 0.0 }
+        });
+        let Some(factor) = part.cholesky() else { return d };
+        let step = factor.solve(&DVector::from_fn(free.len(), |r, _| slope[free[r]]));
+        let reach = |i: usize| match step[i] {
+            s if s < 0.0 => (room[free[i]].0 - d[free[i]]) / s,
+            s if s > 0.0 => (room[free[i]].1 - d[free[i]]) / s,
+            _ => f64::INFINITY,
+        };
+        let stop = (0..free.len()).min_by(|&a, &b| reach(a).total_cmp(&reach(b)));
+        match stop.filter(|&i| reach(i) < 1.0) {
+            Some(i) => {
+                let share = reach(i);
+                free.iter().zip(&step).for_each(|(&j, s)| d[j] += share * s);
+                let j = free.remove(i);
+                d[j] = if step[i] < 0.0 { room[j].0 } else { room[j].1 };
             }
-        }
-        if greatest <= 1e-10 * d.amax() {
-            break;
-        }
-    }
-    let inside: Vec<usize> = (0..n).filter(|&j| d[j] > room[j].0 && d[j] < room[j].1).collect();
-    let part = DMatrix::from_fn(inside.len(), inside.len(), |r, c| {
-        normal[(inside[r], inside[c])] + if r == c { damping } else { 0.0 }
-    });
-    let Some(factor) = part.cholesky() else { return d };
-    let rest = DVector::from_fn(inside.len(), |r, _| slope[inside[r]] - damping * d[inside[r]]);
-    let correction = factor.solve(&rest);
-    let fits = inside.iter().zip(&correction).all(|(&j, c)| (room[j].0..=room[j].1).contains(&(d[j] + c)));
-    if fits {
-        for (&j, c) in inside.iter().zip(&correction) {
-            d[j] += c;
+            None => {
+                free.iter().zip(&step).for_each(|(&j, s)| d[j] += s);
+                let slope = slope_at(&d);
+                let back = (0..n)
+                    .filter(|j| !free.contains(j) && !outwards(&d, &slope, *j))
+                    .max_by(|&a, &b| slope[a].abs().total_cmp(&slope[b].abs()));
+                match back.filter(|&j| slope[j].abs() > 1e-12 * right.amax()) {
+                    Some(j) => free.push(j),
+                    None => break,
+                }
+            }
         }
     }
     d

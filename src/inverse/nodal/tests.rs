@@ -13,6 +13,10 @@ fn block() -> (BlockExperiment, NodalProblem) {
     (experiment, problem)
 }
 
+fn outline(experiment: &BlockExperiment) -> Outline {
+    Outline::new(&experiment.search_places())
+}
+
 fn noisy(truth: &DVector<f64>, sigma_m: f64, seed: u64) -> DVector<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     truth.map(|u| {
@@ -103,7 +107,7 @@ fn equal_springs_are_found_at_their_nodes() {
         problem.displace(1e4, &experiment.stiffness(Restraint::Springs(500.0))).expect("displaced");
     let sigma_m = sigma(&truth, 60.0);
     let data = problem.reduce(&noisy(&truth, sigma_m, 3), sigma_m).expect("data");
-    let found = fit(&problem, &data).expect("fitted");
+    let found = fit(&problem, &outline(&experiment), &data).expect("fitted");
     assert_eq!(found.springs, Springs::Alike);
     let nodes: Vec<usize> = (0..problem.nodes()).filter(|&j| found.stiffness_n_per_m[j] > 0.0).collect();
     assert_eq!(nodes, experiment.restrained);
@@ -118,7 +122,7 @@ fn held_nodes_are_reported_as_held() {
     let (_, truth) = problem.displace(1e4, &experiment.stiffness(Restraint::Fixed)).expect("displaced");
     let sigma_m = sigma(&truth, 50.0);
     let data = problem.reduce(&noisy(&truth, sigma_m, 1), sigma_m).expect("data");
-    let found = fit(&problem, &data).expect("fitted");
+    let found = fit(&problem, &outline(&experiment), &data).expect("fitted");
     for (j, k) in found.stiffness_n_per_m.iter().enumerate() {
         assert_eq!(k.is_infinite(), experiment.restrained.contains(&j), "node {j}: {k}");
     }
@@ -128,13 +132,13 @@ fn held_nodes_are_reported_as_held() {
 /// Springs far apart and of very different stiffness: data reject springs that are alike.
 #[test]
 fn unequal_springs_are_not_forced_to_be_alike() {
-    let (_, problem) = block();
+    let (experiment, problem) = block();
     let mut springs = vec![0.0; problem.nodes()];
     (springs[2], springs[32]) = (3000.0, 200.0);
     let (_, truth) = problem.displace(1e4, &springs).expect("displaced");
     let sigma_m = sigma(&truth, 60.0);
     let data = problem.reduce(&noisy(&truth, sigma_m, 5), sigma_m).expect("data");
-    let found = fit(&problem, &data).expect("fitted");
+    let found = fit(&problem, &outline(&experiment), &data).expect("fitted");
     assert_eq!(found.springs, Springs::Free);
     assert!((found.stiffness_n_per_m[2] / 3000.0 - 1.0).abs() < 0.05, "{:?}", found.stiffness_n_per_m);
     assert!((found.stiffness_n_per_m[32] / 200.0 - 1.0).abs() < 0.05);
@@ -142,11 +146,11 @@ fn unequal_springs_are_not_forced_to_be_alike() {
 
 #[test]
 fn a_free_body_gets_no_springs() {
-    let (_, problem) = block();
+    let (experiment, problem) = block();
     let (_, truth) = problem.displace(1e4, &vec![0.0; problem.nodes()]).expect("displaced");
     let sigma_m = sigma(&truth, 60.0);
     let data = problem.reduce(&noisy(&truth, sigma_m, 2), sigma_m).expect("data");
-    let found = fit(&problem, &data).expect("fitted");
+    let found = fit(&problem, &outline(&experiment), &data).expect("fitted");
     // A lone bogus spring may be left by chance: it must weigh next to nothing.
     assert!(found.stiffness_n_per_m.iter().sum::<f64>() < 5.0, "{:?}", found.stiffness_n_per_m);
     assert!((found.young_modulus_pa.value / 1e4 - 1.0).abs() < 1e-3);

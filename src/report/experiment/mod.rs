@@ -5,6 +5,7 @@ mod body;
 mod nodes;
 mod sheet;
 mod tables;
+mod verdicts;
 mod write;
 
 pub use tables::experiment_text;

@@ -1,7 +1,8 @@
 //! The experiment's tables: as text with spreads and the requirements beside them, all trials and all summaries as
 //! CSV.
 
-use crate::inverse::experiment::{Method, Restraint, Spread, StepTwo, Study, Summary, Trial};
+use super::verdicts::bars_text;
+use crate::inverse::experiment::{Restraint, Spread, Study, Summary, Trial, bars};
 use std::fmt::Write as _;
 
 /// What was run: the model, then the data.
@@ -23,8 +24,8 @@ pub(super) fn heading(study: &Study) -> [String; 2] {
     [source.to_owned(), model]
 }
 
-/// The tables as text: one block a restraint, one line a level and method; where data and model share the mesh,
-/// the default estimate beside the bound and the published method.
+/// The tables as text: one block a restraint, one line a level and method; then the default estimate beside the bound
+/// and the published method.
 pub fn experiment_text(study: &Study, summaries: &[Summary]) -> String {
     let mut text = heading(study).join("\n") + "\n";
     let mut last = None;
@@ -65,53 +66,7 @@ pub fn experiment_text(study: &Study, summaries: &[Summary]) -> String {
             pair(s.bound),
         );
     }
-    if !study.settings.finer_data {
-        text.push_str(&compared(summaries));
-    }
-    text
-}
-
-/// Root mean square errors over the bound, and median errors beside those of the published method.
-fn compared(summaries: &[Summary]) -> String {
-    let mut text = "\nDefault estimate, same mesh: root mean square error of E and of the total over the \
-                    Cramér–Rao bound (support\nknown; no bound on the total of held nodes); median error of E and \
-                    of Gamma over the published method's, and over the bound\n"
-        .to_owned();
-    let _ = writeln!(
-        text,
-        "{:>5} {:42} {:>7} {:>7} {:>11} {:>11} {:>9} {:>9}",
-        "SNR", "", "RMSE E", "total", "med E/publ", "Gamma/publ", "E/bound", "Gam/bound"
-    );
-    for s in summaries.iter().filter(|s| s.method == Method::Default && s.bound[0].is_some()) {
-        let step_two = match s.restraint {
-            Restraint::Fixed => StepTwo::Skipped,
-            Restraint::Springs(_) | Restraint::Unequal(_) => StepTwo::L1,
-        };
-        let published = Method::Published { regularisation: 0, step_two };
-        let Some(p) = summaries
-            .iter()
-            .find(|p| (p.restraint, p.snr_db, p.method) == (s.restraint, s.snr_db, published))
-        else {
-            continue;
-        };
-        let over = |value: f64, by: Option<f64>| match by.map(|by| value / by) {
-            Some(ratio) if ratio.is_finite() => format!("{ratio:.2}"),
-            _ => "-".to_owned(),
-        };
-        let _ = writeln!(
-            text,
-            "{:>5} {:42} {:>7} {:>7} {:>11} {:>11} {:>9} {:>9}",
-            level(s.snr_db),
-            restraint_name(s.restraint),
-            over(s.rms_error[0], s.bound[0]),
-            over(s.rms_error[1], s.bound[1]),
-            over(s.median_error[0], Some(p.median_error[0])),
-            over(s.median_error[1], Some(p.median_error[1])),
-            over(s.median_error[0], s.bound[0]),
-            over(s.median_error[1], s.bound[1]),
-        );
-    }
-    text
+    text + &bars_text(study, &bars(study, summaries))
 }
 
 pub(super) fn restraint_name(restraint: Restraint) -> String {

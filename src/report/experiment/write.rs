@@ -1,13 +1,14 @@
 //! Which files the experiment leaves behind.
 
-use super::{body, experiment_text, nodes, tables};
-use crate::inverse::experiment::{Restraint, Shape, Study, Summary};
+use super::{body, experiment_text, nodes, tables, verdicts};
+use crate::inverse::experiment::{Restraint, Shape, Study, Summary, bars};
 use crate::report::ReportError;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Writes `experiment.txt`, `trials.csv`, `summary.csv` and for each restraint figures of the deformed body, of the
-/// search nodes' displacements and of their stiffness errors into an existing folder, and says what was written.
+/// Writes `experiment.txt`, `trials.csv`, `summary.csv`, `bars.csv` and for each restraint figures of the deformed
+/// body, of the search nodes' displacements and of their stiffness errors into an existing folder, and says what was
+/// written.
 ///
 /// # Errors
 /// [`ReportError::Write`] and [`ReportError::Mesh`].
@@ -21,6 +22,7 @@ pub fn write_experiment(
         (folder.join("experiment.txt"), experiment_text(study, summaries)),
         (folder.join("trials.csv"), tables::trials_csv(&study.trials)),
         (folder.join("summary.csv"), tables::summary_csv(summaries)),
+        (folder.join("bars.csv"), verdicts::bars_csv(&bars(study, summaries))),
     ];
     for (restraint, truth) in &study.truth {
         let name = match restraint {
