@@ -41,10 +41,9 @@ const MOVES: usize = 200;
 const REFINED: usize = 8;
 /// Greatest finite κ / κ₀: beyond it a node is held as far as any observation can tell.
 const HELD: f64 = 1e4;
-/// A spring stiffer than this (κ / κ₀) is called held when the data do not tell it from that, χ² rising by less
-/// than the 95 % one-sided limit of one unknown.
+/// A spring stiffer than this (κ / κ₀) is called held when that costs less χ² than the stiffness, one parameter more,
+/// is charged.
 const STIFF: f64 = 10.0;
-const INDISTINCT: f64 = 2.706;
 /// Accuracy of ln κ.
 const LOG_KAPPA: f64 = 1e-5;
 
@@ -83,7 +82,7 @@ impl AlikeSearch<'_> {
         best.nodes.sort_unstable();
         if best.kappa > STIFF * self.problem.kappa0
             && let Some(held) = self.place(best.nodes.clone(), f64::INFINITY)
-            && held.chi2 <= best.chi2 + INDISTINCT
+            && held.chi2 <= best.chi2 + self.data.price()
         {
             return Some(held);
         }
