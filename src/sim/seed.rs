@@ -12,6 +12,7 @@ pub(super) enum Use {
     Stage = 4,
     Wrench = 5,
     Camera = 6,
+    Phantom = 7,
 }
 
 /// The stream of `seed` for one use.
