@@ -62,6 +62,6 @@ pub use resolution::{RemainderResolution, Resolution};
 pub use supports::Restraint;
 pub use truth::{TrueRestraint, Truth};
 pub use world::{
-    Answer, Body, Disc, Effect, Figure, Foreign, Hold, Memory, Phantom, PhantomPlan, Press, PronyTerm, Rig,
-    Site, Touch, World, stock,
+    Answer, Body, Disc, Effect, Figure, Foreign, Hold, Large, Memory, Phantom, PhantomPlan, Press, PronyTerm,
+    Rig, Site, StiffeningLaw, Touch, World, stock,
 };

@@ -1,9 +1,8 @@
 //! What the camera reports of the markers.
 
-use super::condensed::SessionBody;
 use super::effect::Effect;
 use super::foreign::Foreign;
-use super::history::Course;
+use super::happened::Happened;
 use super::phantom::Phantom;
 use super::plan::World;
 use super::rig::Rig;
@@ -16,13 +15,7 @@ use nalgebra::Rotation3;
 use rand::RngExt;
 
 /// Rows of the camera. Markers under a tip in contact are hidden; others are lost now and then.
-pub(super) fn markers(
-    world: &World,
-    phantom: &Phantom,
-    timeline: &Timeline,
-    body: &SessionBody,
-    course: &Course,
-) -> Markers {
+pub(super) fn markers(world: &World, phantom: &Phantom, timeline: &Timeline, course: &Happened) -> Markers {
     let mut rng = stream(world.seed, Use::Camera);
     let (instruments, sites) = (&world.instruments, &phantom.markers);
     let mut wanderer = instruments
@@ -33,7 +26,7 @@ pub(super) fn markers(
     let lag_s = lag(world);
     let view = View::of(world);
     for (frame, &t) in (0..).zip(&frame_time_s) {
-        let moved = &body.watched * course.loads_at(t - lag_s);
+        let moved = course.moved_at(t - lag_s);
         let tip = timeline.at(t).map(|(poke, _)| timeline.pokes[poke].plan);
         let offset = wanderer.as_mut().map_or([0.0; 3], |(sd, w)| w.step(&mut rng).map(|x| x * *sd));
         for (marker, site) in (0..).zip(sites) {

@@ -139,3 +139,35 @@ impl SessionBody {
 fn exists(what: &'static str, index: usize, count: usize) -> Result<(), SimError> {
     if index < count { Ok(()) } else { Err(SimError::NoSuchPlace { what, index, count }) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::hex_mesh::{Grading, HexMesh, Slab};
+
+    /// A block of height H that is glued all over its underside, ν = 0: under a force per volume b it settles by
+    /// b (H z − z²/2)/E, at the top by b H²/2E.
+    #[test]
+    fn a_column_settles_under_its_weight() -> Result<(), SimError> {
+        let slab = Slab { size_m: [0.03, 0.02, 0.012], glue_end_m: 0.03 };
+        let plan = PhantomPlan {
+            seed: 1,
+            slab,
+            poisson_ratio: 0.0,
+            sites: Vec::new(),
+            patches: Vec::new(),
+            spots: Vec::new(),
+            marker_spacing_m: 0.006,
+        };
+        let grading = Grading { cell_m: 0.005, halvings: 0, finer_glue: None };
+        let unknowns = Unknowns::new(HexMesh::new(slab, &[], &grading)?);
+        let points = plan.markers();
+        let moved = Loads::weight(&plan, &unknowns, &points)?.watched;
+        for point in 0..points.len() {
+            let settled = moved[(3 * point + 2, 2)];
+            assert!((settled / (0.5 * 0.012_f64.powi(2)) - 1.0).abs() < 1e-9, "{settled}");
+            assert!(moved[(3 * point, 2)].abs() < 1e-9 * settled);
+        }
+        Ok(())
+    }
+}

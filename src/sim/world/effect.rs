@@ -3,6 +3,7 @@
 use super::answer::Figure;
 use super::body::Body;
 use super::foreign::Foreign;
+use super::large::Large;
 use super::memory::{Memory, relaxed};
 use super::plan::World;
 use super::rig::Rig;
@@ -21,6 +22,8 @@ pub enum Effect {
     Memory(Memory),
     /// Holds and contact that are not linear.
     Touch(Touch),
+    /// Large strain and softening.
+    Large(Large),
     /// What the physics catalogue does not list.
     Foreign(Foreign),
 }
@@ -33,6 +36,7 @@ impl Effect {
             Self::Body(e) => Some(e.physics()),
             Self::Memory(e) => Some(e.physics()),
             Self::Touch(e) => Some(e.physics()),
+            Self::Large(e) => Some(e.physics()),
             Self::Foreign(_) => None,
         }
     }
@@ -44,6 +48,7 @@ impl Effect {
             Self::Body(e) => e.parameters(),
             Self::Memory(e) => e.parameters(),
             Self::Touch(e) => e.parameters(),
+            Self::Large(e) => e.parameters(),
             Self::Foreign(_) => Vec::new(),
         }
     }
@@ -103,8 +108,28 @@ pub(super) fn check(world: &World) -> Result<(), SimError> {
                 let swing = (0.5 * per_m * world.phantom.slab.size_m[2]).abs();
                 need(swing < 1.0, id, "change of the modulus from the middle", swing, "less than 1");
             }
-            Effect::Rig(_) | Effect::Body(_) | Effect::Memory(_) | Effect::Foreign(_) => {}
+            Effect::Large(Large::StrainStiffening { stiffening, .. }) => positive("stiffening", *stiffening),
+            Effect::Large(Large::StressSoftening { softening, scale_j_m3 }) => {
+                positive("scale_j_m3", *scale_j_m3);
+                need((0.0..1.0).contains(softening), id, "softening", *softening, "at least 0, less than 1");
+            }
+            Effect::Rig(_) | Effect::Body(_) | Effect::Memory(_) | Effect::Large(_) | Effect::Foreign(_) => {}
         }
     }
-    refused.map_or(Ok(()), Err)
+    refused.map_or_else(|| together(&world.effects), Err)
+}
+
+/// Refuses what cannot act beside a material that is not linear: everything that changes the body or what holds it, and,
+/// beside softening, a stage that gives, which would have to be known to say where the tip turns back.
+fn together(effects: &[Effect]) -> Result<(), SimError> {
+    let Some(large) = effects.iter().find(|e| matches!(e, Effect::Large(_))) else { return Ok(()) };
+    let softens = effects.iter().any(|e| matches!(e, Effect::Large(Large::StressSoftening { .. })));
+    let clash = effects.iter().find(|e| match e {
+        Effect::Body(_) | Effect::Memory(_) | Effect::Touch(_) => true,
+        Effect::Foreign(Foreign::DepthGradient { .. } | Foreign::StickyHolds { .. }) => true,
+        Effect::Rig(Rig::StageCompliance { .. }) => softens,
+        Effect::Rig(_) | Effect::Large(_) | Effect::Foreign(_) => false,
+    });
+    let name = |e: &Effect| e.physics().unwrap_or("an effect outside the catalogue");
+    clash.map_or(Ok(()), |clash| Err(SimError::NotTogether { one: name(large), other: name(clash) }))
 }

@@ -2,7 +2,7 @@
 
 use super::effect::Effect;
 use super::foreign::Foreign;
-use super::history::Course;
+use super::happened::Happened;
 use super::plan::World;
 use super::rig::Rig;
 use crate::geometry::Vec3;
@@ -12,7 +12,7 @@ use crate::sim::seed::{Use, stream};
 use std::f64::consts::TAU;
 
 /// Rows of the sensor. A pad's traction is uniform, so its moment about the tip's centre is nothing but noise.
-pub(super) fn wrench(world: &World, course: &Course, end_s: f64) -> Wrench {
+pub(super) fn wrench(world: &World, course: &Happened, end_s: f64) -> Wrench {
     let mut rng = stream(world.seed, Use::Wrench);
     let instruments = &world.instruments;
     let mut wanderer = instruments

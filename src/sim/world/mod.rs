@@ -12,7 +12,7 @@
 //!
 //! Effects come in families, one file each, that share no code: what only the instruments and the stage do ([`Rig`]), a
 //! body that is another linear one ([`Body`]), memory ([`Memory`]), what is not linear in holds and contact ([`Touch`]),
-//! and what the physics catalogue does not list ([`Foreign`]).
+//! large strain ([`Large`]), and what the physics catalogue does not list ([`Foreign`]).
 //!
 //! Symbols: `C` compliance at E = 1 Pa (m/N · Pa), `W` displacement of markers likewise, `λ` forces of the supports on
 //! the phantom (N), `w = C y` displacements of the supports (m); `y` (N/Pa) is λ/E without memory.
@@ -25,8 +25,10 @@ mod condensed;
 mod effect;
 mod force_sensor;
 mod foreign;
+mod happened;
 mod history;
 mod hold_law;
+mod large;
 mod memory;
 mod motion;
 mod phantom;
@@ -40,6 +42,7 @@ pub use answer::{Answer, Figure};
 pub use body::Body;
 pub use effect::Effect;
 pub use foreign::Foreign;
+pub use large::{Large, StiffeningLaw};
 pub use memory::{Memory, PronyTerm};
 pub use phantom::{Disc, Phantom, PhantomPlan, Site};
 pub use plan::{Hold, Press, World};

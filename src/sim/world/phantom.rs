@@ -2,9 +2,7 @@
 
 use super::condensed::Loads;
 use crate::geometry::Vec3;
-use crate::mesh::TetMesh;
 use crate::sim::SimError;
-use crate::sim::fit_mesh::fit_mesh;
 use crate::sim::hex_mesh::Slab;
 use crate::sim::instruments::scattered_sites;
 use crate::sim::linear::{Compliance, condense};
@@ -29,8 +27,6 @@ pub struct PhantomPlan {
     pub spots: Vec<Disc>,
     /// Mean distance between markers (m).
     pub marker_spacing_m: f64,
-    /// Edge of the boxes from which the fit's tetrahedra are cut (m).
-    pub fit_cell_m: f64,
 }
 
 /// Where a tip may press.
@@ -53,13 +49,12 @@ pub struct Disc {
     pub radius_m: f64,
 }
 
-/// A plan with its compliances and the fit's mesh. Made once; all sessions on it share it.
+/// A plan with its compliances. Made once; all sessions on it share it.
 #[derive(Debug, Clone)]
 pub struct Phantom {
     pub(super) plan: PhantomPlan,
     /// Marker sites (m).
     pub(super) markers: Vec<[f64; 3]>,
-    pub(super) mesh: TetMesh,
     /// Supports: sites, patches, then 15 functions a spot.
     pub(super) compliance: Compliance,
     /// What the weight does to supports and markers.
@@ -111,8 +106,7 @@ impl Phantom {
         let meshes = RemainderResolution::SMALL_STRAIN.meshes(plan.slab, &fields)?;
         let compliance = condense(&meshes, plan.poisson_ratio, &fields, &markers)?;
         let weight = Loads::weight(plan, &meshes[1], &markers)?;
-        let mesh = fit_mesh(&plan.slab, plan.fit_cell_m, plan.seed)?;
-        Ok(Self { plan: plan.clone(), markers, mesh, compliance, weight })
+        Ok(Self { plan: plan.clone(), markers, compliance, weight })
     }
 
     /// What it was made from.

@@ -27,6 +27,9 @@ pub struct World {
     pub pokes: Vec<Press>,
     /// The instruments. Markers are those of the phantom; `marker_spacing_m` is not looked at.
     pub instruments: Instruments,
+    /// Edge of the boxes from which the fit's tetrahedra are cut (m). Equal ones on one phantom give equal meshes; large
+    /// ones leave the fit a coarse one.
+    pub fit_cell_m: f64,
     /// What else acts; concealed.
     pub effects: Vec<Effect>,
 }

@@ -6,8 +6,10 @@ use super::condensed::SessionBody;
 use super::effect::{Effect, check};
 use super::force_sensor::wrench;
 use super::foreign::Foreign;
+use super::happened::Happened;
 use super::history::{Setup, carry};
 use super::hold_law::{Friction, HoldLaw};
+use super::large::LargeCourse;
 use super::memory::{Memory, PronyTerm};
 use super::motion::contacts;
 use super::phantom::Phantom;
@@ -17,6 +19,7 @@ use super::touch::Touch;
 use crate::geometry::Vec3;
 use crate::observation::{Contact, Phantom as Stated, Poke, Recording, Tip, TipShape};
 use crate::sim::SimError;
+use crate::sim::fit_mesh::fit_mesh;
 use crate::sim::instruments::stage;
 use crate::sim::record::{DENSITY_KG_M3, MAX_STANDOFF_M};
 
@@ -41,7 +44,15 @@ impl World {
         let change = change(self)?;
         let body = SessionBody::new(self, phantom, change.as_ref())?;
         let step_s = 1.0 / (STEPS_A_ROW * self.instruments.sensor_rate_hz);
-        let course = carry(&body, self.setup(step_s), &contacts(self, &timeline, step_s), step_s)?;
+        let (contacts, setup) = (contacts(self, &timeline, step_s), self.setup(step_s));
+        let give = setup.stage_compliance;
+        let course = match LargeCourse::of(self, &body, &contacts, step_s, give, &phantom.markers)? {
+            Some(large) => Happened::Large(large),
+            None => {
+                let course = carry(&body, setup, &contacts, step_s)?;
+                Happened::Small { body, course }
+            }
+        };
         let pokes = (1..).zip(&timeline.pokes).map(|(number, scheduled)| Poke {
             number,
             site: Vec3::from(scheduled.plan.site_m),
@@ -62,11 +73,11 @@ impl World {
             tip: Tip { contact: Contact::Bonded, shape: TipShape::Pad },
             noise: self.instruments.noise,
             max_standoff_m: MAX_STANDOFF_M,
-            mesh: phantom.mesh.clone(),
+            mesh: fit_mesh(&self.phantom.slab, self.fit_cell_m, self.phantom.seed)?,
             pokes: pokes.collect(),
             stage: Some(stage(self.seed, &self.instruments, &timeline)),
             wrench: wrench(self, &course, timeline.end_s),
-            markers: markers(self, phantom, &timeline, &body, &course),
+            markers: markers(self, phantom, &timeline, &course),
         })
     }
 
@@ -111,7 +122,7 @@ impl World {
                     let (stiffness, yield_n) = (*stiffness_n_per_m, *yield_n);
                     sticky = Some(Friction { stiffness, yield_n, slider: Vec3::zeros() });
                 }
-                Effect::Rig(_) | Effect::Body(_) | Effect::Foreign(_) => {}
+                Effect::Rig(_) | Effect::Body(_) | Effect::Large(_) | Effect::Foreign(_) => {}
             }
         }
         for (hold, slack) in self.holds.iter().zip(slack) {

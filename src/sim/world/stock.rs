@@ -8,8 +8,10 @@ use rand::{Rng, RngExt};
 /// Radius of a tip and of a spring patch (m).
 const TIP_RADIUS_M: f64 = 0.008;
 const PATCH_RADIUS_M: f64 = 0.005;
-/// Tips, patches and spots keep this distance from edges, and patches from the glue (m).
+/// Tips on sides, patches and spots keep this distance from edges, and patches from the glue (m).
 const MARGIN_M: f64 = 0.002;
+/// Tips on top keep this distance from edges: a deep poke beside an edge bulges it out, which takes many more boxes.
+const TOP_MARGIN_M: f64 = 0.006;
 /// Places on top, on sides and under the slab, spots.
 const ON_TOP: usize = 8;
 const ON_SIDES: usize = 2;
@@ -28,7 +30,7 @@ pub fn stock(seed: u64, index: u64) -> PhantomPlan {
     // The two halves of the top get as many sites each: over the glue and over the free part.
     let mut sites: Vec<Site> = Vec::new();
     for which in 0..ON_TOP {
-        let inset = TIP_RADIUS_M + MARGIN_M;
+        let inset = TIP_RADIUS_M + TOP_MARGIN_M;
         let (low, high) =
             if which % 2 == 0 { (inset, slab.glue_end_m) } else { (slab.glue_end_m, size_m[0] - inset) };
         for _ in 0..TRIES {
@@ -59,7 +61,6 @@ pub fn stock(seed: u64, index: u64) -> PhantomPlan {
         patches,
         spots,
         marker_spacing_m: 0.011,
-        fit_cell_m: 0.0065,
     }
 }
 

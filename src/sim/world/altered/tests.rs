@@ -27,7 +27,6 @@ fn world() -> World {
             patches: vec![Disc { centre_m: [0.053, 0.037, 0.0], radius_m: 0.005 }],
             spots: Vec::new(),
             marker_spacing_m: 0.012,
-            fit_cell_m: 0.0065,
         },
         young_modulus_pa: 1e4,
         modulus_range_pa: [5e3, 2e4],
@@ -35,6 +34,7 @@ fn world() -> World {
         holds: vec![Hold::Springs { patch: 0, stiffness_n_per_m: 100.0 }],
         pokes: vec![press(0), press(1)],
         instruments: Instruments::default(),
+        fit_cell_m: 0.0065,
         effects: Vec::new(),
     }
 }
@@ -147,7 +147,6 @@ fn glue_that_has_let_go_is_glue_that_ends_earlier() -> Result<(), SimError> {
     let exact = compliance(ends_at)?.supports - compliance(SLAB.glue_end_m)?.supports;
     for column in [2, 5] {
         let (found, exact) = (change.supports[(column, column)], exact[(column, column)]);
-        println!("{ends_at} {column}: {}", found / exact - 1.0);
         assert!((found / exact - 1.0).abs() < 0.05, "{column}: {found:e}, {exact:e}");
     }
     Ok(())
@@ -195,7 +194,6 @@ fn a_ball_under_shear_is_strained_as_eshelby_says() -> Result<(), SimError> {
 fn refinement_study() -> Result<(), SimError> {
     let plan = super::super::stock(1, 0);
     let phantom = Phantom::prepare(&plan)?;
-    let down = [0.0, 0.0, -1.0];
     let press = |site: usize| Press {
         site,
         direction: plan.sites[site].inward,
@@ -227,7 +225,6 @@ fn refinement_study() -> Result<(), SimError> {
         ),
         ("compliant", Alteration { foundation: Some(150.0), ..Alteration::default() }),
     ];
-    let _ = down;
     for (name, alteration) in cases {
         let start = std::time::Instant::now();
         let usual = difference_at(&world, &alteration, 1.0)?;

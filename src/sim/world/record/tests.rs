@@ -24,7 +24,6 @@ fn phantom() -> &'static Phantom {
             patches: vec![Disc { centre_m: [0.053, 0.037, 0.0], radius_m: 0.005 }],
             spots: vec![Disc { centre_m: [0.045, 0.015, 0.0], radius_m: 0.009 }],
             marker_spacing_m: 0.012,
-            fit_cell_m: 0.0065,
         };
         Phantom::prepare(&plan).expect("a sound plan")
     })
@@ -50,6 +49,7 @@ fn world(effects: Vec<Effect>) -> World {
         holds: vec![Hold::Springs { patch: 0, stiffness_n_per_m: 150.0 }, Hold::Glued { spot: 0 }],
         pokes: vec![press(0, 0.002, 0.004), press(1, 0.0015, 0.003), press(0, 0.003, 0.004)],
         instruments: Instruments { noise: quiet, lost_share: 0.0, ..Instruments::default() },
+        fit_cell_m: 0.0065,
         effects,
     }
 }
