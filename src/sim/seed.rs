@@ -13,6 +13,7 @@ pub(super) enum Use {
     Wrench = 5,
     Camera = 6,
     Phantom = 7,
+    Conceal = 8,
 }
 
 /// The stream of `seed` for one use.

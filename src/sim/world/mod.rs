@@ -21,6 +21,7 @@ mod altered;
 mod answer;
 mod body;
 mod camera;
+mod conceal;
 mod condensed;
 mod effect;
 mod force_sensor;
