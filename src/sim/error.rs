@@ -70,6 +70,54 @@ pub enum SimError {
         /// Newton iterations in the last attempt.
         iterations: usize,
     },
+    /// A session names a place that its phantom does not have.
+    #[error("{what} {index} does not exist: the phantom has {count}, counted from 0")]
+    NoSuchPlace {
+        /// Site, patch or spot.
+        what: &'static str,
+        /// What was asked for.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A session was to be recorded on a phantom that was made from another plan.
+    #[error("session {session} is to be recorded on another phantom than its own")]
+    OtherPhantom {
+        /// Name of the session.
+        session: String,
+    },
+    /// An effect with a figure that means nothing.
+    #[error("{effect}: {what} is {value}; expected {expected}")]
+    BadEffect {
+        /// Which effect.
+        effect: &'static str,
+        /// Which of its figures.
+        what: &'static str,
+        /// What was given (SI).
+        value: f64,
+        /// What can be.
+        expected: &'static str,
+    },
+    /// Two effects that the bench cannot have act together.
+    #[error("{one} and {other} together are beyond this bench")]
+    NotTogether {
+        /// One of them.
+        one: &'static str,
+        /// The other.
+        other: &'static str,
+    },
+    /// The laws of tip and holds have no common solution that Newton's method finds.
+    #[error(
+        "at {time_s} s tip and holds disagree by {residual_n:e} N after {iterations} iterations of Newton's method"
+    )]
+    HoldsDisagree {
+        /// When (s).
+        time_s: f64,
+        /// Largest imbalance (N).
+        residual_n: f64,
+        /// Iterations.
+        iterations: usize,
+    },
     /// The linear system could not be factored or solved.
     #[error("solving the bench's equations failed")]
     Solve(#[from] crate::sparse::SparseError),

@@ -51,6 +51,8 @@ pub(super) enum Place {
     Rim { centre: [f64; 3], axis: usize, radius: f64 },
     /// A disc in a plane whose normal is along `axis`; it may lie outside the block.
     Disc { centre: [f64; 3], axis: usize, radius: f64 },
+    /// The surface of a ball.
+    Ball { centre: [f64; 3], radius: f64 },
     /// The end of the glue: x = `x`, z = 0, all y.
     GlueEnd { x: f64 },
 }
@@ -73,6 +75,12 @@ impl Place {
         let gap = |axis: usize, at: f64| (low[axis] - at).max(at - high[axis]).max(0.0);
         match *self {
             Self::GlueEnd { x } => gap(0, x).hypot(gap(2, 0.0)),
+            Self::Ball { centre, radius } => {
+                let nearest = (0..3).map(|a| gap(a, centre[a]).powi(2)).sum::<f64>().sqrt();
+                let reach = |a: usize| (centre[a] - low[a]).abs().max((high[a] - centre[a]).abs());
+                let farthest = (0..3).map(|a| reach(a).powi(2)).sum::<f64>().sqrt();
+                (nearest - radius).max(radius - farthest).max(0.0)
+            }
             Self::Disc { centre, axis, radius } => {
                 let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
                 (gap(p, centre[p]).hypot(gap(q, centre[q])) - radius).max(0.0).hypot(gap(axis, centre[axis]))

@@ -1,6 +1,7 @@
 //! What the stage, the force sensor and the camera report of what happened.
 
-use super::draw::{Draw, Wander};
+use super::draw::{Draw, Instruments, Wander};
+use super::hex_mesh::Slab;
 use super::load_path::LoadPath;
 use super::seed::{Use, stream};
 use super::timeline::Timeline;
@@ -10,42 +11,42 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// Digits after the decimal point that each instrument reports: force 10 µN, torque and length 0.1 µN·m and
 /// 0.1 µm.
-const FORCE_DIGITS: i32 = 5;
-const TORQUE_DIGITS: i32 = 7;
-const LENGTH_DIGITS: i32 = 7;
+pub(super) const FORCE_DIGITS: i32 = 5;
+pub(super) const TORQUE_DIGITS: i32 = 7;
+pub(super) const LENGTH_DIGITS: i32 = 7;
 
 /// A tip hides markers within this share of its radius.
-const SHADOW: f64 = 1.0;
+pub(super) const SHADOW: f64 = 1.0;
 
 /// A value as an instrument of so many decimals shows it.
-fn rounded(value: f64, digits: i32) -> f64 {
+pub(super) fn rounded(value: f64, digits: i32) -> f64 {
     let scale = 10_f64.powi(digits);
     // Adding zero turns −0 into 0.
     (value * scale).round() / scale + 0.0
 }
 
-fn normal(rng: &mut impl Rng) -> f64 {
+pub(super) fn normal(rng: &mut impl Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
 /// Times of an instrument's rows (s): every whole number of periods from zero to `end_s`.
-fn row_times(rate_hz: f64, end_s: f64) -> Vec<f64> {
+pub(super) fn row_times(rate_hz: f64, end_s: f64) -> Vec<f64> {
     (0..).map(|i| f64::from(i) / rate_hz).take_while(|&t| t <= end_s + 1e-9).collect()
 }
 
 /// Three channels of a process that wanders with standard deviation one.
-struct Wanderer {
+pub(super) struct Wanderer {
     value: [f64; 3],
     keep: f64,
 }
 
 impl Wanderer {
     /// Starts in the stationary distribution; `step_s` between rows.
-    fn new(wander: &Wander, step_s: f64, rng: &mut impl Rng) -> Self {
+    pub(super) fn new(wander: &Wander, step_s: f64, rng: &mut impl Rng) -> Self {
         Self { value: std::array::from_fn(|_| normal(rng)), keep: (-step_s / wander.time_s).exp() }
     }
 
-    fn step(&mut self, rng: &mut impl Rng) -> [f64; 3] {
+    pub(super) fn step(&mut self, rng: &mut impl Rng) -> [f64; 3] {
         let fresh = (1.0 - self.keep * self.keep).sqrt();
         self.value = self.value.map(|v| self.keep * v + fresh * normal(rng));
         self.value
@@ -53,10 +54,10 @@ impl Wanderer {
 }
 
 /// Rows of the stage: the displacement of the tip, zero between pokes.
-pub(super) fn stage(draw: &Draw, timeline: &Timeline) -> Stage {
-    let mut rng = stream(draw.seed, Use::Stage);
-    let noise = draw.instruments.noise.stage_m;
-    let time_s = row_times(draw.instruments.sensor_rate_hz, timeline.end_s);
+pub(super) fn stage(seed: u64, instruments: &Instruments, timeline: &Timeline) -> Stage {
+    let mut rng = stream(seed, Use::Stage);
+    let noise = instruments.noise.stage_m;
+    let time_s = row_times(instruments.sensor_rate_hz, timeline.end_s);
     let rows = time_s.iter().map(|&t| {
         let (direction, depth) = match timeline.at(t) {
             Some((poke, depth)) => (timeline.pokes[poke].plan.direction, depth),
@@ -91,12 +92,16 @@ pub(super) fn wrench(draw: &Draw, timeline: &Timeline, paths: &[LoadPath]) -> Wr
     wrench
 }
 
-/// Markers on the top: a grid shaken so that no marker stands in a row with others (m).
+/// Markers of a draw (m).
 pub(super) fn marker_sites(draw: &Draw) -> Vec<[f64; 3]> {
-    let mut rng = stream(draw.seed, Use::MarkerSites);
-    let spacing = draw.instruments.marker_spacing_m;
-    let [length, width, height] = draw.slab.size_m;
-    let count = [length, width].map(|l| (l / spacing).round().max(1.0));
+    scattered_sites(&draw.slab, draw.instruments.marker_spacing_m, draw.seed)
+}
+
+/// Markers on the top: a grid shaken so that no marker stands in a row with others (m).
+pub(super) fn scattered_sites(slab: &Slab, spacing_m: f64, seed: u64) -> Vec<[f64; 3]> {
+    let mut rng = stream(seed, Use::MarkerSites);
+    let [length, width, height] = slab.size_m;
+    let count = [length, width].map(|l| (l / spacing_m).round().max(1.0));
     let mut sites = Vec::with_capacity((count[0] * count[1]) as usize);
     for j in 0..count[1] as usize {
         for i in 0..count[0] as usize {

@@ -20,6 +20,16 @@ impl State {
             watched: self.watched.iter().map(|u| u.map(|x| x * factor)).collect(),
         }
     }
+
+    /// The difference of two.
+    pub(super) fn less(&self, other: &Self) -> Self {
+        Self {
+            force: std::array::from_fn(|i| self.force[i] - other.force[i]),
+            watched: (self.watched.iter().zip(&other.watched))
+                .map(|(a, b)| std::array::from_fn(|i| a[i] - b[i]))
+                .collect(),
+        }
+    }
 }
 
 /// One computed state.
@@ -42,6 +52,20 @@ impl LoadPath {
     pub(super) fn new(knots: Vec<Knot>) -> Self {
         debug_assert!(knots.len() > 1 && knots.windows(2).all(|w| w[0].depth_m < w[1].depth_m));
         Self { knots }
+    }
+
+    /// The computed states.
+    pub(super) fn knots(&self) -> &[Knot] {
+        &self.knots
+    }
+
+    /// This path and a straight one of the given slope, added up.
+    pub(super) fn plus(mut self, slope: &State) -> Self {
+        for knot in &mut self.knots {
+            knot.state = knot.state.less(&slope.scaled(-knot.depth_m));
+            knot.slope = knot.slope.less(&slope.scaled(-1.0));
+        }
+        self
     }
 
     /// The weights of value and slope at both ends of the stretch that holds `depth_m`.

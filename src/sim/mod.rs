@@ -13,8 +13,8 @@
 //! seed); [`record`] computes the response of the phantom to each poke, lets the instruments watch it and returns a
 //! [`Recording`](crate::observation::Recording). Equal draws give recordings equal to the last bit.
 //!
-//! Deliberately absent: weight, contact that opens or slides, memory. The bench conceals elasticity and restraint,
-//! not the rest of the physics catalogue.
+//! A [`Draw`] conceals elasticity and restraint, linear or at finite strain. A [`World`] conceals what a fit may leave
+//! out as well: memory, slack, slip, faults of the instruments and more, on phantoms that many sessions share (`world`).
 //!
 //! Symbols: `E` Young's modulus (Pa), `K` stiffness, `C` compliance, `u` displacement (m), `ν` Poisson's ratio.
 
@@ -50,6 +50,7 @@ mod unknowns;
 mod verification_large_strain;
 #[cfg(test)]
 mod verification_linear;
+mod world;
 
 pub use demo::demo;
 pub use draw::{Draw, Instruments, Kinematics, PokePlan, Wander};
@@ -60,3 +61,7 @@ pub use record::record;
 pub use resolution::{RemainderResolution, Resolution};
 pub use supports::Restraint;
 pub use truth::{TrueRestraint, Truth};
+pub use world::{
+    Answer, Body, Disc, Effect, Figure, Foreign, Hold, Large, Memory, Phantom, PhantomPlan, Press, PronyTerm,
+    Rig, Site, StiffeningLaw, Touch, World, stock,
+};

@@ -27,6 +27,11 @@ impl NeoHookean {
         }
     }
 
+    /// From shear and bulk modulus (Pa).
+    pub(super) fn with_moduli(mu: f64, kappa: f64) -> Self {
+        Self { mu, kappa }
+    }
+
     /// Energy per undeformed volume (J/m³); `None` when the material is turned inside out.
     pub(super) fn energy(&self, f: &Mat3) -> Option<f64> {
         let j = f.determinant();

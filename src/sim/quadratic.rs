@@ -84,6 +84,8 @@ pub(super) struct GaussPoint {
     pub(super) weight: f64,
     /// Gradients of the shape functions (1/m).
     pub(super) gradient: [[f64; 3]; NODES],
+    /// Shape functions.
+    pub(super) shape: [f64; NODES],
 }
 
 /// The 27 Gauss points of a box with edge lengths `size` (m).
@@ -93,7 +95,8 @@ pub(super) fn gauss_points(size: [f64; 3]) -> Vec<GaussPoint> {
         for (y, wy) in GAUSS_3 {
             for (z, wz) in GAUSS_3 {
                 let weight = wx * wy * wz * size[0] * size[1] * size[2] / 8.0;
-                points.push(GaussPoint { weight, gradient: gradient([x, y, z], size) });
+                let at = [x, y, z];
+                points.push(GaussPoint { weight, gradient: gradient(at, size), shape: shape(at) });
             }
         }
     }

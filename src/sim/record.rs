@@ -11,9 +11,9 @@ use crate::geometry::Vec3;
 use crate::observation::{Contact, Phantom, Poke, Recording, Tip, TipShape};
 
 /// Density of a water-based gel (kg/m³). The bench has no weight: the mesh is the shape under it.
-const DENSITY_KG_M3: f64 = 1050.0;
+pub(super) const DENSITY_KG_M3: f64 = 1050.0;
 /// Markers are accepted up to this distance from the surface (m).
-const MAX_STANDOFF_M: f64 = 0.010;
+pub(super) const MAX_STANDOFF_M: f64 = 0.010;
 
 /// Runs the session on the bench.
 pub fn record(draw: &Draw) -> Result<Recording, SimError> {
@@ -45,7 +45,7 @@ pub fn record(draw: &Draw) -> Result<Recording, SimError> {
         max_standoff_m: MAX_STANDOFF_M,
         mesh: fit_mesh(&draw.slab, draw.fit_cell_m, draw.seed)?,
         pokes: pokes.collect(),
-        stage: Some(stage(draw, &timeline)),
+        stage: Some(stage(draw.seed, &draw.instruments, &timeline)),
         wrench: wrench(draw, &timeline, &paths),
         markers: markers(draw, &timeline, &paths, &sites),
     })

@@ -38,7 +38,7 @@ pub struct Resolution {
 /// of first order is gone. Measured against refinement down to 0.3 mm for sites at 10 to 40 mm from the end: 0.21 to
 /// 0.28, with 1.3 mm and 0.6 mm boxes alike. What it leaves grows with the boxes: per mm of box about 3 % of the little
 /// that a restraint changes for a tip over the glue. Linear sessions extrapolate from two meshes instead.
-const GLUE_OVERREACH: f64 = 0.22;
+pub(super) const GLUE_OVERREACH: f64 = 0.22;
 
 /// Sizes of the boxes where the near fields of tips and restraints are known and the elements hold the rest.
 #[derive(Debug, Clone, Copy, PartialEq)]

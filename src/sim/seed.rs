@@ -12,6 +12,8 @@ pub(super) enum Use {
     Stage = 4,
     Wrench = 5,
     Camera = 6,
+    Phantom = 7,
+    Conceal = 8,
 }
 
 /// The stream of `seed` for one use.

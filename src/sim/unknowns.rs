@@ -44,6 +44,8 @@ struct Numbering {
     rows: HashMap<[u32; 3], Row>,
     position: Vec<[f64; 3]>,
     held: Vec<[f64; 3]>,
+    /// Whether nodes on the glue are unknown as all others are.
+    unglued: bool,
 }
 
 impl Numbering {
@@ -58,7 +60,7 @@ impl Numbering {
         let on_its_lattice = node.iter().all(|n| n % half == 0) && middles < 2;
         let row = if on_its_lattice {
             let position = mesh.lattice_position(node);
-            if mesh.slab.holds(position) {
+            if !self.unglued && mesh.slab.holds(position) {
                 self.held.push(position);
                 vec![(HELD + self.held.len() as u32 - 1, 1.0)]
             } else {
@@ -97,7 +99,15 @@ pub(super) fn gather(mut parts: Row) -> Row {
 impl Unknowns {
     /// Numbers the free nodes of a mesh.
     pub(super) fn new(mesh: HexMesh) -> Self {
-        let mut numbering = Numbering::default();
+        Self::numbered(mesh, Numbering::default())
+    }
+
+    /// Numbers all nodes of a mesh, those on the glue as well: something else has to hold it.
+    pub(super) fn unglued(mesh: HexMesh) -> Self {
+        Self::numbered(mesh, Numbering { unglued: true, ..Numbering::default() })
+    }
+
+    fn numbered(mesh: HexMesh, mut numbering: Numbering) -> Self {
         let mut elements = Vec::with_capacity(mesh.cells.len());
         for &cell in &mesh.cells {
             let half = mesh.lattice_step(cell.level) / 2;

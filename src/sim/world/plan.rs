@@ -1,0 +1,99 @@
+//! What a session consists of: which phantom, what holds it, how it is poked, what watches it and what acts besides.
+
+use super::effect::Effect;
+use super::phantom::PhantomPlan;
+use crate::sim::SimError;
+use crate::sim::draw::{Instruments, PokePlan};
+use crate::sim::timeline::Timeline;
+
+/// Everything that determines a recording; equal worlds make recordings equal to the last bit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct World {
+    /// Name of the recording.
+    pub name: String,
+    /// Seed of the noise.
+    pub seed: u64,
+    /// The phantom with its true Poisson's ratio.
+    pub phantom: PhantomPlan,
+    /// Young's modulus at equilibrium and small strain (Pa); concealed.
+    pub young_modulus_pa: f64,
+    /// Range stated to the operator (Pa).
+    pub modulus_range_pa: [f64; 2],
+    /// Poisson's ratio stated to the operator. Another one than the phantom's is the effect `poisson-ratio`.
+    pub stated_poisson_ratio: f64,
+    /// What holds the underside besides the glue; concealed.
+    pub holds: Vec<Hold>,
+    /// Pokes in order.
+    pub pokes: Vec<Press>,
+    /// The instruments. Markers are those of the phantom; `marker_spacing_m` is not looked at.
+    pub instruments: Instruments,
+    /// Edge of the boxes from which the fit's tetrahedra are cut (m). Equal ones on one phantom give equal meshes; large
+    /// ones leave the fit a coarse one.
+    pub fit_cell_m: f64,
+    /// What else acts; concealed.
+    pub effects: Vec<Effect>,
+}
+
+/// What holds the underside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Hold {
+    /// Springs that pull as a uniform traction over a patch, in proportion to its mean displacement.
+    Springs {
+        /// Index of the phantom's patch.
+        patch: usize,
+        /// Total stiffness (N/m), the same along all axes.
+        stiffness_n_per_m: f64,
+    },
+    /// Glue on a spot.
+    Glued {
+        /// Index of the phantom's spot.
+        spot: usize,
+    },
+}
+
+/// One poke: approach at a constant rate, hold, retreat at the same rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Press {
+    /// Index of the phantom's site.
+    pub site: usize,
+    /// Unit vector along which the stage moves; within 45° of the site's.
+    pub direction: [f64; 3],
+    /// Largest displacement of the stage (m).
+    pub depth_m: f64,
+    /// Speed of the stage (m/s).
+    pub rate_m_s: f64,
+    /// How long the largest displacement is held, at least (s).
+    pub hold_s: f64,
+}
+
+impl World {
+    /// When which poke happens; refuses what does not exist on the phantom.
+    pub(super) fn timeline(&self) -> Result<Timeline, SimError> {
+        let sites = &self.phantom.sites;
+        let mut plans = Vec::with_capacity(self.pokes.len());
+        for poke in &self.pokes {
+            let site = sites.get(poke.site).ok_or(SimError::NoSuchPlace {
+                what: "site",
+                index: poke.site,
+                count: sites.len(),
+            })?;
+            plans.push(PokePlan {
+                site_m: site.centre_m,
+                direction: poke.direction,
+                radius_m: site.radius_m,
+                depth_m: poke.depth_m,
+                rate_m_s: poke.rate_m_s,
+                hold_s: poke.hold_s,
+            });
+        }
+        Timeline::new(&plans, self.instruments.pause_s)
+    }
+
+    /// Sites that are poked, ascending.
+    pub(super) fn touched(&self) -> Vec<usize> {
+        let mut sites: Vec<usize> = self.pokes.iter().map(|p| p.site).collect();
+        sites.sort_unstable();
+        sites.dedup();
+        sites
+    }
+}
