@@ -5,6 +5,7 @@ use super::vtk::{write_markers, write_poke, write_restraint};
 use super::{ReportError, page, tables};
 use crate::inverse::Fit;
 use crate::observation::Recording;
+use rayon::prelude::*;
 use serde_json::{Map, Value};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -36,10 +37,16 @@ pub fn write_fit(
 
     let vtk = folder.join("vtk");
     fs::create_dir_all(&vtk).map_err(|source| ReportError::Write { path: vtk, source })?;
+    let mut pokes = Vec::with_capacity(fit.pokes.len());
     for poke in &fit.pokes {
-        write_poke(&next(&format!("vtk/poke-{:03}.vtu", poke.number)), &recording.mesh, poke)?;
-        write_markers(&next(&format!("vtk/poke-{:03}-markers.vtp", poke.number)), poke)?;
+        let body = next(&format!("vtk/poke-{:03}.vtu", poke.number));
+        pokes.push((poke, body, next(&format!("vtk/poke-{:03}-markers.vtp", poke.number))));
     }
+    // Compressing the arrays is most of the work.
+    pokes.par_iter().try_for_each(|(poke, body, markers)| {
+        write_poke(body, &recording.mesh, poke)?;
+        write_markers(markers, poke)
+    })?;
     if !fit.patches.is_empty() {
         write_restraint(&next("vtk/restraint.vtp"), &fit.patches)?;
     }
