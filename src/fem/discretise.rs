@@ -194,3 +194,40 @@ fn glue_edge_m(mesh: &TetMesh, fixed: &str) -> Result<Option<f64>, MeshError> {
     };
     Ok(mean(true).or_else(|| mean(false)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::{Order, Space};
+    use crate::mesh::{Block, block};
+
+    /// A slab of 120 × 60 × 20 mm in so many cells, glued on the left half of its base.
+    fn slab(cells: [usize; 3]) -> TetMesh {
+        let mut mesh = block(&Block { size_m: [0.12, 0.06, 0.02], cells }).expect("a block");
+        let base = mesh.surface("z-").iter().copied();
+        let glued = base.filter(|t| t.iter().all(|&n| mesh.nodes[n as usize].x < 0.0601)).collect();
+        mesh.surfaces.insert("fixed".to_owned(), glued);
+        mesh
+    }
+
+    /// Twice as fine where the glue ends is half as coarse; a body without glue is not judged.
+    #[test]
+    fn coarseness_goes_with_the_edges_where_glue_ends() {
+        let of = |cells| coarseness(&slab(cells), "fixed").expect("sound");
+        let (coarse, fine) = (of([8, 4, 2]), of([16, 8, 4]));
+        assert!((coarse / fine - 2.0).abs() < 1e-9, "{coarse} {fine}");
+        assert_eq!(coarseness(&slab([8, 4, 2]), "nowhere").expect("sound"), 1.0);
+    }
+
+    /// A disc in the middle of the top needs nothing; one whose rim comes close to a side does.
+    #[test]
+    fn discs_close_to_a_side_need_small_edges() {
+        let mesh = slab([8, 4, 2]);
+        let space = Space::new(&mesh, Order::P1).expect("a space");
+        let top = space.surface("z+").to_vec();
+        for (y, needs) in [(0.03, false), (0.008, false), (0.007, true)] {
+            let spot = Spot::disc(&space, &top, &Vec3::new(0.06, y, 0.02), 0.005).expect("on the top");
+            assert_eq!(needs_small_edges(&mesh, &spot).expect("sound"), needs, "{y}");
+        }
+    }
+}

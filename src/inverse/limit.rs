@@ -167,3 +167,28 @@ impl Difference {
         of
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A correction is made anew for patches that have moved, grown, become glue, come or gone; not for a nudge.
+    #[test]
+    fn a_correction_holds_where_it_was_made() {
+        let none = || Difference { blocks: Blocks::default(), patches: Vec::new() };
+        let patch = |x: f64, radius_m: f64, glued: bool| Restraint {
+            centre: Vec3::new(x, 0.0, 0.0),
+            radius_m,
+            softness: 10.0,
+            glued,
+        };
+        let made_for = vec![patch(0.1, 0.005, false)];
+        let correction = Correction { limit: none(), finest: none(), made_for };
+        assert!(correction.holds_for(&[patch(0.100_04, 0.005_04, false)]));
+        assert!(correction.holds_for(&[Restraint { softness: 1.0, ..patch(0.1, 0.005, false) }]));
+        for other in [patch(0.100_06, 0.005, false), patch(0.1, 0.005_06, false), patch(0.1, 0.005, true)] {
+            assert!(!correction.holds_for(&[other]));
+        }
+        assert!(!correction.holds_for(&[]));
+    }
+}

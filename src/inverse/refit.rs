@@ -132,10 +132,10 @@ pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Resu
             }
             _ => {
                 // On the rim of the search surface a minimum may promise more beyond it.
-                let before = refused;
-                refused = before.or(inside.then_some(promised));
-                // Less than a standard deviation away, a second refusal means that the misfit is not smooth at this scale.
-                let close = before.is_some() && promised < STILL_PROMISED * unit(&at);
+                // A second refusal where the first promised less than a standard deviation: the misfit is not smooth at
+                // this scale.
+                let close = refused.is_some_and(|first| first < STILL_PROMISED * unit(&at));
+                refused = refused.or(inside.then_some(promised));
                 if damping.refused() || close {
                     break;
                 }

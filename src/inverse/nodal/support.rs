@@ -28,7 +28,7 @@ pub struct SupportFit {
 /// Accepted slope: a cosine that no data can show.
 const SLOPE: f64 = 1e-7;
 /// After so many steps in a row that lower χ² by less than this, nothing that χ² decides changes any more.
-const SETTLED: f64 = 1e-4;
+const SETTLED: f64 = 1e-6;
 const IDLE: usize = 3;
 /// A χ² below this leaves nothing to explain.
 const NOTHING: f64 = 1e-4;

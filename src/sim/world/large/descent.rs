@@ -141,10 +141,10 @@ impl<'a> Descent<'a> {
         let mut u = &from.u + ahead * &from.u_slope;
         let mut force = &from.force + ahead * &from.force_slope;
         let mut residual = f64::INFINITY;
+        let mut done = 0;
         for iterations in 0..=ITERATIONS {
-            let Some((tangent, internal)) = self.tangent(&u)? else {
-                return Ok(Err((residual, iterations)));
-            };
+            done = iterations;
+            let Some((tangent, internal)) = self.tangent(&u)? else { break };
             let before = residual;
             let tip = self.push(&force, 1).norm();
             residual = (&internal - self.push(&force, self.supports.len())).norm() / tip;
@@ -159,7 +159,7 @@ impl<'a> Descent<'a> {
             u += &tangent.fields * &new_force - &tangent.correction;
             force = new_force;
         }
-        Ok(Err((residual, ITERATIONS)))
+        Ok(Err((residual, done)))
     }
 
     /// Factors the stiffness at `u`; also the internal forces. `None` where the block is inside out or unstable.
