@@ -1,8 +1,9 @@
-# Two commands: `make demo` does the main job on the bundled recording, `make test` runs every test.
+# `make demo` does the main job on the bundled recording, `make test` runs every test, `make prove` shows on draws that
+# nobody has seen how well diagnoses name what a recording conceals.
 #
-# Both need Rust, make and a C compiler. What the tests need besides is installed by apt when it is missing and
+# All need Rust, make and a C compiler. What the tests need besides is installed by apt when it is missing and
 # apt is there; without it the tests concerned say that they were skipped.
-.PHONY: demo test packages
+.PHONY: demo test prove packages
 
 DEMO := target/demo
 
@@ -15,6 +16,25 @@ demo:
 	else \
 		echo "Open $(CURDIR)/$(DEMO)/fit.html in a browser."; \
 	fi
+
+# Takes hours; stopped, it goes on when called again. SEED=… takes a seed of one's own, COUNT=… another number of draws.
+COUNT ?= 500
+PROOFS := target/proofs
+
+prove:
+	cargo build --release --quiet
+	@mkdir -p $(PROOFS); \
+	if [ -n "$(SEED)" ]; then seed="$(SEED)"; \
+	elif [ -s $(PROOFS)/seed ]; then seed=$$(cat $(PROOFS)/seed); \
+	else seed=$$(od -An -N4 -tu4 /dev/urandom | tr -d ' '); echo "$$seed" > $(PROOFS)/seed; fi; \
+	echo "Seed $$seed, $(COUNT) draws in $(PROOFS)/$$seed"; \
+	target/release/phantom-rig conceal --seed "$$seed" --count $(COUNT) --out "$(PROOFS)/$$seed" && \
+	target/release/phantom-rig prove "$(PROOFS)/$$seed"; code=$$?; \
+	if [ $$code = 0 ] || [ $$code = 3 ]; then \
+		if [ "$$(cat $(PROOFS)/seed 2>/dev/null)" = "$$seed" ]; then rm $(PROOFS)/seed; fi; \
+		exit 0; \
+	fi; \
+	exit $$code
 
 test: packages
 	cargo fmt --all --check

@@ -14,6 +14,7 @@
 //! | 1 | [`fem`] | what the phantom does under a load |
 //! | 2 | [`sim`] | a bench with physics of its own, sharing no element, load or material with [`fem`] |
 //! | 2 | [`inverse`] | which parameters explain the observations, and how surely |
+//! | 3 | [`diagnose`] | what the model left out |
 //! | 3 | [`dataset`] | recording bundles turned into observations, and back |
 //! | 4 | [`report`] | what a person should see |
 //! | 5 | [`cli`] | what was typed, and the exit code |
@@ -36,6 +37,7 @@
 pub mod cli;
 pub mod clock;
 pub mod dataset;
+pub mod diagnose;
 pub mod fem;
 pub mod geometry;
 pub mod inverse;

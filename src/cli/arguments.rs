@@ -3,9 +3,12 @@
 use super::block_mesh::BlockArguments;
 use super::check::CheckArguments;
 use super::completions::CompletionArguments;
+use super::conceal::ConcealArguments;
+use super::diagnose::DiagnoseArguments;
 use super::draw::DrawArguments;
 use super::experiment::BlockExperimentArguments;
 use super::fit::FitArguments;
+use super::prove::ProveArguments;
 use clap::{Parser, Subcommand};
 
 /// Pokes a soft phantom, and finds its Young's modulus and hidden elastic restraint.
@@ -18,6 +21,7 @@ use clap::{Parser, Subcommand};
 
 Examples:
   phantom-rig fit recordings/practice-01 --out results/01
+  phantom-rig diagnose recordings/practice-02 --out results/02
   phantom-rig check recordings/practice-01
   phantom-rig mesh block --size-mm 150x100x25 --cells 30x20x5 \\
       --fixed 'z-,x<60mm' --search 'z-,x>60mm' --observed z+ slab.msh"
@@ -36,10 +40,13 @@ pub(super) struct Cli {
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     Fit(FitArguments),
+    Diagnose(DiagnoseArguments),
     Check(CheckArguments),
     Mesh(MeshArguments),
     Experiment(ExperimentArguments),
     Draw(DrawArguments),
+    Conceal(ConcealArguments),
+    Prove(ProveArguments),
     Completions(CompletionArguments),
 }
 

@@ -111,7 +111,7 @@ pub(super) fn run(arguments: &FitArguments, context: &Context) -> anyhow::Result
     }
     let spinner = context.progress.spinner("reading");
     let (recording, suspicions) = read_bundle(&arguments.bundle)?;
-    let destination = arguments.out.clone().unwrap_or_else(|| beside(&arguments.bundle));
+    let destination = arguments.out.clone().unwrap_or_else(|| beside(&arguments.bundle, "fit"));
     let folder = StagedFolder::new(&destination, arguments.force)?;
     let mut fitted = match variant {
         None => fit(&recording, &settings, &mut |stage| spinner.label(&said(stage)))?,
@@ -210,14 +210,14 @@ fn made_with(arguments: &FitArguments, settings: &Settings) -> serde_json::Map<S
     made.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
-/// `<bundle>-fit` in the current folder.
-fn beside(bundle: &Path) -> PathBuf {
+/// `<bundle>-<what>` in the current folder.
+pub(super) fn beside(bundle: &Path, what: &str) -> PathBuf {
     let name =
         bundle.canonicalize().ok().and_then(|p| p.file_name().map(|n| n.to_string_lossy().into_owned()));
-    PathBuf::from(format!("{}-fit", name.unwrap_or_else(|| "recording".to_owned())))
+    PathBuf::from(format!("{}-{what}", name.unwrap_or_else(|| "recording".to_owned())))
 }
 
-fn said(stage: Progress) -> String {
+pub(super) fn said(stage: Progress) -> String {
     match stage {
         Progress::Building { unknowns: 0 } => "cutting the mesh and factoring".to_owned(),
         Progress::Building { unknowns } => format!("solving for every marker ({unknowns} unknowns)"),

@@ -3,7 +3,8 @@
 use super::arguments::{Cli, Command, Experiment, Shape};
 use super::staged::clean_up_on_interrupt;
 use super::{
-    Context, Exit, Outcome, Progress, UsageError, block_mesh, check, completions, draw, experiment, fit,
+    Context, Exit, Outcome, Progress, UsageError, block_mesh, check, completions, conceal, diagnose, draw,
+    experiment, fit, prove,
 };
 use anyhow::Context as _;
 use clap::Parser;
@@ -38,6 +39,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
     let context = Context { progress };
     match &cli.command {
         Command::Fit(arguments) => fit::run(arguments, &context),
+        Command::Diagnose(arguments) => diagnose::run(arguments, &context),
         Command::Check(arguments) => check::run(arguments, &context),
         Command::Mesh(arguments) => match &arguments.shape {
             Shape::Block(arguments) => block_mesh::run(arguments, &context),
@@ -46,6 +48,8 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
             Experiment::Block(arguments) => experiment::run(arguments, &context),
         },
         Command::Draw(arguments) => draw::run(arguments, &context),
+        Command::Conceal(arguments) => conceal::run(arguments, &context),
+        Command::Prove(arguments) => prove::run(arguments, &context),
         Command::Completions(arguments) => Ok(completions::run(arguments)),
     }
 }

@@ -18,10 +18,12 @@ mod ports;
 mod punch;
 mod rigid_face;
 mod size_field;
+mod skeleton;
 mod space;
 mod sphere;
 mod spot;
 mod tip;
+mod variation;
 mod wrench;
 
 pub use discretise::{Discretisation, Resolution, coarseness, discretise, needs_small_edges};
@@ -38,4 +40,5 @@ pub use punch::turning_compliance;
 pub use space::{Face, Space};
 pub use spot::{Functional, Spot, SpotKind};
 pub use tip::{Pressed, Tip, TipFace};
+pub use variation::{Constants, Loose, Moments, NodalForces, Part, Varied, nodal_loads, readings};
 pub use wrench::wrench_loads;

@@ -7,28 +7,23 @@ use super::elasticity::cell_stiffness;
 use super::element::{Order, barycentric_gradients, tet_quadrature};
 use super::error::FemError;
 use super::near::Near;
+use super::skeleton::{HELD, Skeleton, components};
 use super::space::Space;
 use super::spot::{Functional, Spot};
 use crate::geometry::{Mat3, Vec3};
 use crate::mesh::TetMesh;
-use crate::sparse::{Analysis, Factor, Ordering, Pattern, SymmetricMatrix};
+use crate::sparse::Factor;
 use rayon::prelude::*;
-use std::sync::Arc;
 
 /// Nodal values for a force along each axis, `[3 n + i]`.
 type ByAxis = [Vec<f64>; 3];
-
-/// Components that the known glue holds have no unknown.
-const HELD: u32 = u32::MAX;
 
 /// A linear elastic body, held at its known glue, factored once.
 pub struct Model {
     space: Space,
     poisson_ratio: f64,
     held: Vec<bool>,
-    /// Unknown of each displacement component, or [`HELD`].
-    unknown: Vec<u32>,
-    unknowns: usize,
+    skeleton: Skeleton,
     factor: Factor,
 }
 
@@ -54,54 +49,24 @@ impl Model {
         if !held.contains(&true) {
             return Err(FemError::NotHeld { surface: fixed.to_owned() });
         }
-        let mut unknown = vec![HELD; space.components()];
-        let mut position = Vec::new();
-        for (node, p) in space.nodes().iter().enumerate().filter(|&(node, _)| !held[node]) {
-            for i in 0..3 {
-                unknown[3 * node + i] = position.len() as u32;
-                position.push([p.x, p.y, p.z]);
-            }
-        }
-        let unknowns = position.len();
-        let lists: Vec<Vec<u32>> = space
-            .cells()
-            .map(|cell| {
-                cell.iter()
-                    .flat_map(|&n| (0..3).map(move |i| 3 * n + i))
-                    .map(|c| unknown[c as usize])
-                    .filter(|&u| u != HELD)
-                    .collect()
-            })
-            .collect();
-        let pattern = Arc::new(Pattern::from_elements(unknowns, lists.iter().map(Vec::as_slice)));
-        let mut matrix = SymmetricMatrix::zeros(pattern.clone());
-        const CELLS_AT_ONCE: usize = 2048;
-        for chunk in (0..lists.len()).collect::<Vec<_>>().chunks(CELLS_AT_ONCE) {
-            let stiffness: Vec<Vec<f64>> =
-                chunk.par_iter().map(|&cell| cell_stiffness(&space, cell as u32, poisson_ratio)).collect();
-            for (&cell, k) in chunk.iter().zip(&stiffness) {
-                let free: Vec<usize> = components(space.cell(cell as u32))
-                    .enumerate()
-                    .filter(|&(_, c)| unknown[c] != HELD)
-                    .map(|(local, _)| local)
-                    .collect();
-                let side = 3 * order.cell_nodes();
-                let block: Vec<f64> = free
-                    .iter()
-                    .flat_map(|&a| free.iter().map(move |&b| (a, b)))
-                    .map(|(a, b)| k[a * side + b])
-                    .collect();
-                matrix.add_element(&lists[cell], &block);
-            }
-        }
-        let analysis = Analysis::new(&pattern, Ordering::NestedDissection { position: &position })?;
-        let factor = analysis.factor(&matrix)?;
-        Ok(Self { space, poisson_ratio, held, unknown, unknowns, factor })
+        let skeleton = Skeleton::new(&space, &held)?;
+        let factor = skeleton.factor(&space, |cell| cell_stiffness(&space, cell, poisson_ratio))?;
+        Ok(Self { space, poisson_ratio, held, skeleton, factor })
     }
 
     /// The elements.
     pub fn space(&self) -> &Space {
         &self.space
+    }
+
+    /// Its unknowns.
+    pub(super) fn skeleton(&self) -> &Skeleton {
+        &self.skeleton
+    }
+
+    /// Which nodes the known glue holds.
+    pub fn held(&self) -> &[bool] {
+        &self.held
     }
 
     /// Poisson's ratio.
@@ -111,7 +76,7 @@ impl Model {
 
     /// Displacement components solved for.
     pub fn unknowns(&self) -> usize {
-        self.unknowns
+        self.skeleton.unknowns
     }
 
     /// Responses to a unit force along each axis at each spot. Flat discs carry their near field by the
@@ -187,9 +152,9 @@ impl Model {
         let count = columns.len();
         let (mut forces, prescribed): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
         self.lift(&mut forces, &prescribed);
-        let mut rhs = vec![0.0; self.unknowns * count];
-        for (column, force) in rhs.chunks_exact_mut(self.unknowns.max(1)).zip(&forces) {
-            for (&u, f) in self.unknown.iter().zip(force) {
+        let mut rhs = vec![0.0; self.skeleton.unknowns * count];
+        for (column, force) in rhs.chunks_exact_mut(self.skeleton.unknowns.max(1)).zip(&forces) {
+            for (&u, f) in self.skeleton.unknown.iter().zip(force) {
                 if u != HELD {
                     column[u as usize] = *f;
                 }
@@ -197,9 +162,9 @@ impl Model {
         }
         self.factor.solve_in_place(&mut rhs, count)?;
         for ((column, out), prescribed) in
-            rhs.chunks_exact(self.unknowns.max(1)).zip(&mut forces).zip(&prescribed)
+            rhs.chunks_exact(self.skeleton.unknowns.max(1)).zip(&mut forces).zip(&prescribed)
         {
-            for (c, (&u, value)) in self.unknown.iter().zip(out.iter_mut()).enumerate() {
+            for (c, (&u, value)) in self.skeleton.unknown.iter().zip(out.iter_mut()).enumerate() {
                 *value = match (u, prescribed) {
                     (HELD, Some(prescribed)) => prescribed[c],
                     (HELD, None) => 0.0,
@@ -226,7 +191,7 @@ impl Model {
             for (&cell, k) in touching.iter().zip(&stiffness) {
                 let parts: Vec<usize> = components(self.space.cell(cell)).collect();
                 for (b, &from) in parts.iter().enumerate() {
-                    if self.unknown[from] == HELD && prescribed[from] != 0.0 {
+                    if self.skeleton.unknown[from] == HELD && prescribed[from] != 0.0 {
                         for (a, &to) in parts.iter().enumerate() {
                             force[to] -= k[a * side + b] * prescribed[from];
                         }
@@ -238,6 +203,11 @@ impl Model {
 }
 
 impl Response {
+    /// Nodal displacement for a force along each axis, `[3 n + i]`; without the near field when there is one.
+    pub fn elements(&self) -> &[Vec<f64>; 3] {
+        &self.nodal
+    }
+
     /// Displacement of a spot: column `j` for a unit force along axis `j`. This is the block `C(spot, load)` of
     /// the compliance; by reciprocity `C(load, spot)` is its transpose.
     pub fn at(&self, spot: &Spot) -> Mat3 {
@@ -282,9 +252,4 @@ impl Response {
             None => elements,
         }
     }
-}
-
-/// Displacement components of a cell's nodes.
-fn components(nodes: &[u32]) -> impl Iterator<Item = usize> + '_ {
-    nodes.iter().flat_map(|&n| (0..3).map(move |i| 3 * n as usize + i))
 }

@@ -10,7 +10,7 @@ use super::error::InverseError;
 use super::evidence::{Driven, Evidence, Site};
 use super::lift::entered;
 use super::limit::{Finer, Level, settle};
-use super::outcome::{Elements, Found, outcome};
+use super::outcome::{Elements, Settled, outcome};
 use super::problem::{Linearised, Problem, State};
 use super::residual::Whitening;
 use super::result::Fit;
@@ -68,18 +68,37 @@ const SEARCH: &str = "search";
 const OBSERVED: &str = "observed";
 
 /// Fits `recording`.
+///
+/// # Errors
+/// What the recording lacks, what the elements cannot do, and a search that does not settle.
 pub fn fit(
     recording: &Recording,
     settings: &Settings,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Fit, InverseError> {
+    settled(recording, settings, progress, outcome)
+}
+
+/// Fits `recording` and hands the model, as it settled, to `then`.
+///
+/// # Errors
+/// As [`fit`], and those of `then`.
+pub fn settled<T, E: From<InverseError>>(
+    recording: &Recording,
+    settings: &Settings,
+    progress: &mut dyn FnMut(Progress),
+    then: impl FnOnce(&Settled<'_>) -> Result<T, E>,
+) -> Result<T, E> {
     let evidence = Evidence::new(recording, settings.driven)?;
     if evidence.sites.iter().all(|s| s.force.is_empty() && s.markers.iter().all(Vec::is_empty)) {
-        return Err(InverseError::Nothing { pokes: recording.pokes.len() });
+        return Err(InverseError::Nothing { pokes: recording.pokes.len() }.into());
     }
     progress(Progress::Building { unknowns: 0 });
     let tips = tips(recording, &evidence)?;
-    let elements = Elements::of(settings, coarseness(&recording.mesh, FIXED).map_err(FemError::from)?);
+    let elements = Elements::of(
+        settings,
+        coarseness(&recording.mesh, FIXED).map_err(FemError::from).map_err(InverseError::from)?,
+    );
     let first = level(recording, &evidence, &first_mesh(recording, &tips, settings)?, settings)?;
     progress(Progress::Building { unknowns: first.bench.model.unknowns() });
     turns_little(&first.bench, &evidence)?;
@@ -115,17 +134,15 @@ pub fn fit(
     }
     problem.whitening = Whitening::new(&evidence, elements.site);
     let found = settle(&mut problem, finest.as_ref(), found)?;
-    outcome(
+    then(&Settled {
         recording,
         settings,
-        &Found {
-            elements: &elements,
-            evidence: &evidence,
-            problem: &problem,
-            at: &found,
-            finer: finest.as_ref(),
-        },
-    )
+        elements: &elements,
+        evidence: &evidence,
+        problem: &problem,
+        at: &found,
+        finer: finest.as_ref(),
+    })
 }
 
 /// The mesh of the first discretisation: for a quick fit the given one.
@@ -153,6 +170,20 @@ fn finer(
         || level(recording, evidence, &meshes.fine, settings),
     );
     Ok(Finer { coarse: coarse?, fine: fine? })
+}
+
+/// What a quick fit would have stood on with the end of the glue resolved as by the coarser of a full fit's finer
+/// discretisations.
+///
+/// # Errors
+/// What the mesh or its elements refuse.
+pub fn finer_level(settled: &Settled<'_>) -> Result<Level, InverseError> {
+    let Settled { recording, settings, evidence, .. } = settled;
+    let tips = tips(recording, evidence)?;
+    let discs: Vec<&Spot> = tips.iter().collect();
+    let resolution = Resolution::of(&recording.mesh, 1).map_err(FemError::from)?;
+    let mesh = discretise(&recording.mesh, FIXED, &discs, &resolution).map_err(FemError::from)?;
+    level(recording, evidence, &mesh, settings)
 }
 
 /// Those discs of the patches found, on the given mesh, for which it must be cut finer.

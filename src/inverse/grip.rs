@@ -72,6 +72,15 @@ impl Grip {
         Ok(Self { tip, knots, combine, aside_radius })
     }
 
+    /// Forces on the ports per displacement of the tip (`3 ports × 3`, N/m for a unit modulus) on a body whose
+    /// `compliance` they feel; `None` where the force is not in proportion to the displacement.
+    pub fn by_displacement(&self, compliance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        if !self.knots.is_empty() {
+            return None;
+        }
+        self.tip.press(compliance, &self.tip.inward()).ok().map(|pressed| pressed.by_displacement)
+    }
+
     /// Takes hold of a body whose `compliance` the ports feel.
     pub(super) fn hold(&self, compliance: &DMatrix<f64>) -> Result<Held, InverseError> {
         let inward = self.tip.inward();

@@ -19,11 +19,15 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A converged fit, before it is put into words.
-pub(super) struct Found<'a> {
+pub struct Settled<'a> {
+    /// What was fitted.
+    pub recording: &'a Recording,
+    /// How.
+    pub settings: &'a Settings,
     /// What was observed.
     pub evidence: &'a Evidence,
     /// What the elements may get wrong.
-    pub elements: &'a Elements,
+    pub(super) elements: &'a Elements,
     /// The problem on the first discretisation.
     pub problem: &'a Problem<'a>,
     /// The state there, corrected to the limit of fine elements, with its Jacobian.
@@ -53,6 +57,16 @@ pub(super) struct Elements {
     common: f64,
 }
 
+impl Settled<'_> {
+    /// What the elements may get wrong of the modulus: one standard deviation, relative.
+    ///
+    /// # Errors
+    /// As for the fit.
+    pub fn modulus_error(&self) -> Result<f64, InverseError> {
+        Ok(discretisation_covariance(self)?[(0, 0)].sqrt())
+    }
+}
+
 impl Elements {
     /// For these settings, on a given mesh of this [`coarseness`](crate::fem::coarseness).
     pub(super) fn of(settings: &Settings, coarseness: f64) -> Self {
@@ -68,11 +82,8 @@ impl Elements {
 const ONE_SIDED_95: f64 = 1.645;
 
 /// Puts a converged fit into a [`Fit`].
-pub(super) fn outcome(
-    recording: &Recording,
-    settings: &Settings,
-    found: &Found<'_>,
-) -> Result<Fit, InverseError> {
+pub(super) fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
+    let (recording, settings) = (found.recording, found.settings);
     let at = found.at;
     let (prediction, residual) = (&at.prediction, &at.residual);
     let modulus = at.state.modulus;
@@ -179,7 +190,7 @@ pub(super) fn outcome(
 }
 
 /// Whether a patch of this softness, its logarithm known to `sd`, may as well be glue.
-fn like_glue(found: &Found<'_>, patch: &Restraint, sd: f64) -> bool {
+fn like_glue(found: &Settled<'_>, patch: &Restraint, sd: f64) -> bool {
     let [_, local] = disc_self_compliance(patch.radius_m, found.problem.bench.model.poisson_ratio());
     patch.softness < local && sd * ONE_SIDED_95 >= 1.0
 }
@@ -209,7 +220,7 @@ fn centroid_sd(at: &Linearised, covariance: &DMatrix<f64>, patch: usize) -> Vec3
 /// Covariance of the parameters from what discretisation leaves besides what the whitening carries: the error common to
 /// all sites, which is one of the modulus, and part of the step from the finest discretisation to the extrapolated
 /// limit, as an error of all parameters together.
-fn discretisation_covariance(found: &Found<'_>) -> Result<DMatrix<f64>, InverseError> {
+fn discretisation_covariance(found: &Settled<'_>) -> Result<DMatrix<f64>, InverseError> {
     let (at, problem) = (found.at, found.problem);
     let n = at.parameters.len();
     let mut covariance = DMatrix::zeros(n, n);
@@ -247,7 +258,7 @@ fn bound(at: &Linearised) -> Result<Bound, InverseError> {
 
 /// `E` over the largest softness that the readings allow at 95 %, everything else adjusted.
 fn stiffness_lower_bound(
-    found: &Found<'_>,
+    found: &Settled<'_>,
     patch: usize,
     residual: &DVector<f64>,
     excess: f64,
@@ -299,7 +310,7 @@ fn correlation(gradients: &[DVector<f64>], covariance: &DMatrix<f64>) -> Vec<Vec
 fn remarks(
     recording: &Recording,
     settings: &Settings,
-    found: &Found<'_>,
+    found: &Settled<'_>,
     fit: &Fit,
     excess: f64,
 ) -> Vec<String> {

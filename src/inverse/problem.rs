@@ -149,54 +149,51 @@ impl<'a> Problem<'a> {
         Ok(self.whitening.sensitivity(&derivative))
     }
 
+    /// How the blocks change with every parameter that moves discs: two shifts of every patch, and the radius of a
+    /// glued spot. None without adjoint responses.
+    pub fn changes(&self, patches: &[Restraint], mounted: &Mounted) -> Vec<(Parameter, Blocks)> {
+        let mut changes = Vec::new();
+        if self.adjoint.is_empty() {
+            return changes;
+        }
+        for (p, (patch, group)) in patches.iter().zip(&mounted.groups).enumerate() {
+            let Some((disc, _)) = mounted.discs[group.discs.start].spot.as_disc() else { continue };
+            let change = |moved: &[(usize, Vec3)], grown| {
+                self.bench.changed(&mounted.discs, &self.adjoint, moved, grown)
+            };
+            let basis = basis_from_axis(&disc.normal);
+            for tangent in [0, 1].map(|axis| basis.column(axis).into_owned()) {
+                let together: Vec<_> = group.discs.clone().map(|disc| (disc, tangent)).collect();
+                changes.push((Parameter::Shift(p, tangent), change(&together, false)));
+            }
+            if patch.glued {
+                let apart: Vec<_> = group.discs.clone().zip(patch.growth(&disc.normal)).collect();
+                changes.push((Parameter::LogRadius(p), change(&apart, true)));
+            }
+        }
+        changes
+    }
+
     /// Residual and Jacobian. Patches move only when the problem has adjoint responses.
     pub fn linearise(&self, state: &State) -> Result<Linearised, InverseError> {
         let mounted = self.mount(&state.patches)?;
         let (prediction, jacobian, parameters) = {
             let forward = self.forward(&mounted, state.modulus)?;
             let prediction = forward.predict().ok_or(NOT_POSITIVE)?;
-            let mut parameters = vec![Parameter::LogModulus];
-            let mut changes: Vec<Blocks> = Vec::new();
+            let mut parameters = Vec::new();
             let mut columns = Vec::new();
-            for (p, (patch, group)) in state.patches.iter().zip(&mounted.groups).enumerate() {
-                let change = |moved: &[(usize, Vec3)], grown| {
-                    self.bench.changed(&mounted.discs, &self.adjoint, moved, grown)
-                };
-                if let Some((disc, _)) =
-                    mounted.discs[group.discs.start].spot.as_disc().filter(|_| !self.adjoint.is_empty())
-                {
-                    let basis = basis_from_axis(&disc.normal);
-                    for tangent in [0, 1].map(|axis| basis.column(axis).into_owned()) {
-                        let together: Vec<_> = group.discs.clone().map(|disc| (disc, tangent)).collect();
-                        changes.push(change(&together, false));
-                        parameters.push(Parameter::Shift(p, tangent));
-                    }
-                    if patch.glued {
-                        let apart: Vec<_> = group.discs.clone().zip(patch.growth(&disc.normal)).collect();
-                        changes.push(change(&apart, true));
-                        parameters.push(Parameter::LogRadius(p));
-                    }
-                }
-                if patch.softness > 0.0 {
-                    parameters.push(Parameter::LogSoftness(p));
-                }
-            }
-            let mut moved = changes.iter();
-            for parameter in &parameters {
-                let change = match parameter {
-                    Parameter::LogModulus => Change::LogModulus,
-                    Parameter::LogSoftness(p) => Change::Softness(*p),
-                    Parameter::Shift(..) | Parameter::LogRadius(_) => match moved.next() {
-                        Some(blocks) => Change::Blocks(blocks),
-                        None => continue,
-                    },
-                };
-                let derivative = forward.derivative(&change).ok_or(NOT_POSITIVE)?;
-                let scale = match parameter {
-                    Parameter::LogSoftness(p) => mounted.groups[*p].softness,
-                    _ => 1.0,
-                };
+            let mut add = |parameter, change: &Change<'_>, scale: f64| -> Result<(), InverseError> {
+                let derivative = forward.derivative(change).ok_or(NOT_POSITIVE)?;
+                parameters.push(parameter);
                 columns.push(self.whitening.sensitivity(&derivative) * scale);
+                Ok(())
+            };
+            add(Parameter::LogModulus, &Change::LogModulus, 1.0)?;
+            for (parameter, blocks) in self.changes(&state.patches, &mounted) {
+                add(parameter, &Change::Blocks(&blocks), 1.0)?;
+            }
+            for (p, group) in mounted.groups.iter().enumerate().filter(|(_, group)| group.softness > 0.0) {
+                add(Parameter::LogSoftness(p), &Change::Softness(p), group.softness)?;
             }
             (prediction, DMatrix::from_columns(&columns), parameters)
         };

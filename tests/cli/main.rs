@@ -2,9 +2,11 @@
 
 mod check;
 mod completions;
+mod diagnose;
 #[path = "../bundles/fixture.rs"]
 mod fixture;
 mod mesh_block;
+mod proof;
 mod usage;
 
 use std::path::Path;

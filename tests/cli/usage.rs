@@ -16,7 +16,14 @@ fn help_and_version_are_good() {
         assert_eq!((code, stderr.as_str()), (0, ""), "{arguments:?}");
         assert!(stdout.contains("phantom-rig"), "{arguments:?}: {stdout}");
     }
-    for arguments in [&["check", "--help"][..], &["mesh", "block", "--help"], &["completions", "--help"]] {
+    for arguments in [
+        &["check", "--help"][..],
+        &["mesh", "block", "--help"],
+        &["completions", "--help"],
+        &["diagnose", "--help"],
+        &["conceal", "--help"],
+        &["prove", "--help"],
+    ] {
         assert!(run(arguments).1.contains("Examples:"), "{arguments:?}");
     }
 }

@@ -11,7 +11,7 @@ use std::fs;
 use std::path::PathBuf;
 
 /// The screen of a small laptop.
-const SCREEN: (u32, u32) = (1366, 768);
+pub(crate) const SCREEN: (u32, u32) = (1366, 768);
 const PLOTS: [&str; 5] = ["phantom", "force", "force-residual", "marker-residual", "chi2"];
 /// Least contrast of text (W3C 2018, WCAG 2.1, success criterion 1.4.3).
 const READABLE: f64 = 4.5;
@@ -33,18 +33,18 @@ fn shown(folder: &str, fit: &Fit, recording: &Recording) -> Option<(Browser, Pat
 }
 
 /// Neither an error in the console nor a request but for the page itself and what it carries in itself.
-fn assert_quiet(browser: &Browser) {
+pub(crate) fn assert_quiet(browser: &Browser) {
     assert!(browser.complaints.is_empty(), "{:#?}", browser.complaints);
     assert!(!browser.requests.is_empty(), "not even the page was asked for");
     let own = |url: &str| {
-        let itself = url.starts_with("file:///") && url.ends_with("/fit.html");
+        let itself = url.starts_with("file:///") && url.ends_with(".html");
         itself || url.starts_with("data:") || url.starts_with("blob:")
     };
     let strange: Vec<&String> = browser.requests.iter().filter(|url| !own(url)).collect();
     assert!(strange.is_empty(), "{strange:?}");
 }
 
-fn part(browser: &mut Browser, id: &str) -> Part {
+pub(crate) fn part(browser: &mut Browser, id: &str) -> Part {
     let rect = browser.evaluate(&format!(
         "(({{x, y, width, height}}) => [x + scrollX, y + scrollY, width, height].map(Math.floor))\
          (document.getElementById('{id}').getBoundingClientRect())"

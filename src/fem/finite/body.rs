@@ -134,6 +134,13 @@ impl HeldBody {
         })
     }
 
+    /// Forces (N) on all components by a body force per undeformed volume (N/m³).
+    pub fn body_force(&self, per_volume: &Vec3) -> Vec<f64> {
+        let mut forces = vec![0.0; self.space.components()];
+        self.add_body_force(per_volume, &mut forces);
+        forces
+    }
+
     /// Adds ∫ Nₐ b dV of a dead body force `b` (N/m³) to forces on components (N); exact.
     pub(super) fn add_body_force(&self, body_force: &Vec3, forces: &mut [f64]) {
         if *body_force == Vec3::zeros() {

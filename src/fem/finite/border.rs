@@ -18,19 +18,23 @@
 use super::{FiniteError, HeldBody, Tie, TieKind};
 use crate::sparse::{Factor, SymmetricMatrix};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::sync::Arc;
 
 /// A tie counts as dependent on others when they leave less than this share of its own compliance.
 const INDEPENDENCE: f64 = 1e-10;
 
+/// A column of B: unknown, weight.
+type Column = Vec<(usize, f64)>;
+
 /// A factored system.
 pub(super) struct Border {
-    factor: Factor,
+    factor: Arc<Factor>,
     /// Which ties take part.
     active: Vec<usize>,
     /// Number of all ties.
     ties: usize,
     /// Columns of B by active tie: unknown, weight.
-    columns: Vec<Vec<(usize, f64)>>,
+    columns: Vec<Column>,
     /// ρ by active tie (N/m).
     braces: Vec<f64>,
     /// X, column-major.
@@ -47,15 +51,7 @@ impl Border {
         mut tangent: SymmetricMatrix,
         fraction: f64,
     ) -> Result<Self, FiniteError> {
-        let n = body.free().len();
-        let active: Vec<usize> = (0..ties.len()).filter(|&j| ties[j].compliance().is_some()).collect();
-        let columns: Vec<Vec<(usize, f64)>> = active
-            .iter()
-            .map(|&j| {
-                let free = ties[j].functional.iter();
-                free.filter_map(|&(c, w)| body.unknown(c).map(|x| (x as usize, w))).collect()
-            })
-            .collect();
+        let (active, columns) = columns(body, ties);
         let unknowns = |column: &[(usize, f64)]| column.iter().map(|&(x, _)| x as u32).collect::<Vec<u32>>();
         let braces: Vec<f64> = active
             .iter()
@@ -69,8 +65,27 @@ impl Border {
             let square = column.iter().flat_map(|p| column.iter().map(move |q| rho * p.1 * q.1));
             tangent.add_element(&unknowns(column), &square.collect::<Vec<f64>>());
         }
-        let factor = body.factor(&tangent, fraction)?;
+        let factor = Arc::new(body.factor(&tangent, fraction)?);
         drop(tangent);
+        Self::eliminate(factor, ties, active, columns, braces)
+    }
+
+    /// The system of a tangent that is factored already, without braces.
+    pub(super) fn over(factor: Arc<Factor>, body: &HeldBody, ties: &[Tie]) -> Result<Self, FiniteError> {
+        let (active, columns) = columns(body, ties);
+        let braces = vec![0.0; active.len()];
+        Self::eliminate(factor, ties, active, columns, braces)
+    }
+
+    /// Eliminates the tangent.
+    fn eliminate(
+        factor: Arc<Factor>,
+        ties: &[Tie],
+        active: Vec<usize>,
+        columns: Vec<Column>,
+        braces: Vec<f64>,
+    ) -> Result<Self, FiniteError> {
+        let n = factor.dimension();
         let mut spread = vec![0.0; n * active.len()];
         for (column, x) in columns.iter().zip(spread.chunks_exact_mut(n)) {
             for &(unknown, weight) in column {
@@ -129,6 +144,17 @@ impl Border {
     fn pull(&self, at: usize, x: &[f64]) -> f64 {
         self.columns[at].iter().map(|&(unknown, weight)| weight * x[unknown]).sum()
     }
+}
+
+/// The ties that take part, and their columns of B.
+fn columns(body: &HeldBody, ties: &[Tie]) -> (Vec<usize>, Vec<Column>) {
+    let active: Vec<usize> = (0..ties.len()).filter(|&j| ties[j].compliance().is_some()).collect();
+    let column = |&j: &usize| -> Column {
+        let free = ties[j].functional.iter();
+        free.filter_map(|&(c, w)| body.unknown(c).map(|x| (x as usize, w))).collect()
+    };
+    let columns = active.iter().map(column).collect();
+    (active, columns)
 }
 
 /// |bᵀKb|/(bᵀb)² (N/m).

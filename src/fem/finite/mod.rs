@@ -13,6 +13,9 @@
 //! [`Equilibrium`] → [`HeldBody::linearise`] → [`Linearisation::change`] (exact sensitivities, one back-solve
 //! each).
 //!
+//! Many small loads on one body: [`HeldBody::at_rest`] (one factor) → [`AtRest::tied`] → [`Tied::linear`],
+//! [`Tied::equilibrium`] (quasi-Newton).
+//!
 //! An [`Equilibrium`] is a converged state; anything else is an error that says how far the load got and why
 //! not farther. Deliberately absent: loads that follow the deformation, contact, inertia, and unstable states:
 //! the tangent of the free components must be positive definite, for rigid ties announced to
@@ -27,8 +30,10 @@ mod error;
 mod linearisation;
 mod loads;
 mod newton;
+mod quasi;
 mod solid;
 mod stepping;
+mod tied;
 
 pub use body::HeldBody;
 pub use equilibrium::{Equilibrium, LoadStep};
@@ -37,3 +42,4 @@ pub use linearisation::{Change, Linearisation, Sensitivity};
 pub use loads::{Loads, Tie, TieKind};
 pub use solid::Solid;
 pub use stepping::Controls;
+pub use tied::{AtRest, Tied};

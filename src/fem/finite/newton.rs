@@ -42,7 +42,7 @@ pub(super) struct State {
     /// Norm of R over the free components over that of the forces that cancel in it.
     pub(super) relative_residual: f64,
     /// Largest violation of what is prescribed, over the largest displacement.
-    relative_gap: f64,
+    pub(super) relative_gap: f64,
 }
 
 impl Search<'_> {
@@ -87,7 +87,12 @@ impl Search<'_> {
         self.line_search(at, &step, &pull_step)
     }
 
-    fn line_search(&self, at: &State, step: &[f64], pull_step: &[f64]) -> Result<State, FiniteError> {
+    pub(super) fn line_search(
+        &self,
+        at: &State,
+        step: &[f64],
+        pull_step: &[f64],
+    ) -> Result<State, FiniteError> {
         let slope: f64 = self.body.free().iter().map(|&c| at.residual[c as usize] * step[c as usize]).sum();
         let mut refused = None;
         for halvings in 0..=HALVINGS {
@@ -112,13 +117,19 @@ impl Search<'_> {
         }))
     }
 
-    fn moved(&self, at: &State, step: &[f64], pull_step: &[f64], length: f64) -> Result<State, FiniteError> {
+    pub(super) fn moved(
+        &self,
+        at: &State,
+        step: &[f64],
+        pull_step: &[f64],
+        length: f64,
+    ) -> Result<State, FiniteError> {
         let along = |x: &[f64], dx: &[f64]| x.iter().zip(dx).map(|(x, dx)| x + length * dx).collect();
         self.state(along(&at.displacement, step), along(&at.pull, pull_step))
     }
 
     /// Measures a displacement with tie forces.
-    fn state(&self, displacement: Vec<f64>, pull: Vec<f64>) -> Result<State, FiniteError> {
+    pub(super) fn state(&self, displacement: Vec<f64>, pull: Vec<f64>) -> Result<State, FiniteError> {
         let (body, level) = (self.body, self.level);
         let internal = body.internal(self.solid, &displacement)?;
         let mut residual: Vec<f64> = internal.force.iter().zip(&level.external).map(|(i, e)| i - e).collect();
@@ -141,7 +152,7 @@ impl Search<'_> {
     }
 
     /// b·u − λ/k − d of every tie (m); 0 for those that take no part.
-    fn gaps(&self, at: &State) -> impl Iterator<Item = f64> {
+    pub(super) fn gaps(&self, at: &State) -> impl Iterator<Item = f64> {
         self.ties.iter().zip(&at.pull).zip(&self.level.targets).map(|((tie, pull), target)| {
             tie.compliance().map_or(0.0, |c| tie.of(&at.displacement) - c * pull - target)
         })

@@ -3,7 +3,7 @@
 use super::equilibrium::LoadStep;
 use super::loads::Level;
 use super::newton::{Search, State};
-use super::{Equilibrium, FiniteError, HeldBody, Loads, Solid, TieKind};
+use super::{Equilibrium, FiniteError, HeldBody, Loads, Solid, Tie, TieKind};
 
 /// A load step that took no more iterations than this may grow.
 const EASY: usize = 8;
@@ -68,7 +68,7 @@ impl HeldBody {
                     spent += iterations;
                     steps.push(LoadStep { fraction, residuals });
                     if fraction == 1.0 {
-                        return self.found(solid, loads, full, state, steps);
+                        return self.found(solid, &loads.ties, full, state, steps);
                     }
                     (u, pull) = (state.displacement, state.pull);
                     reached = fraction;
@@ -132,10 +132,10 @@ impl HeldBody {
         Ok((Level { held, external: start.level().external.clone(), targets }, u.to_vec(), pull))
     }
 
-    fn found(
+    pub(super) fn found(
         &self,
         solid: &Solid,
-        loads: &Loads,
+        ties: &[Tie],
         level: Level,
         state: State,
         steps: Vec<LoadStep>,
@@ -143,13 +143,13 @@ impl HeldBody {
         let (_, least_volume_ratio) = self.least_volume_ratio(solid, &state.displacement)?;
         Ok(Equilibrium {
             tie_forces: state.pull.iter().map(|pull| -pull).collect(),
-            tie_displacements: loads.ties.iter().map(|tie| tie.of(&state.displacement)).collect(),
+            tie_displacements: ties.iter().map(|tie| tie.of(&state.displacement)).collect(),
             reactions: self.held().iter().map(|&c| (c, state.residual[c as usize])).collect(),
             energy: state.internal.energy,
             relative_residual: state.relative_residual,
             displacement: state.displacement,
             least_volume_ratio,
-            ties: loads.ties.clone(),
+            ties: ties.to_vec(),
             level,
             steps,
         })

@@ -129,12 +129,12 @@ pub(super) fn correlations(fit: &Fit) -> String {
     html + "</tbody></table>"
 }
 
-/// The fit's remarks as a list.
-pub(super) fn remarks(fit: &Fit) -> String {
-    if fit.remarks.is_empty() {
+/// Remarks as a list.
+pub(in crate::report) fn remarks(remarks: &[String]) -> String {
+    if remarks.is_empty() {
         return "<p>Nothing to remark.</p>".to_owned();
     }
-    let items = fit.remarks.iter().map(|r| format!("<li>{}</li>", escape(r)));
+    let items = remarks.iter().map(|r| format!("<li>{}</li>", escape(r)));
     format!("<ul>{}</ul>", items.collect::<String>())
 }
 
@@ -154,7 +154,7 @@ pub(super) fn discretisation(fit: &Fit, recording: &Recording) -> String {
 }
 
 /// Settings by name; nested ones by their path.
-pub(super) fn settings_table(settings: &Map<String, Value>) -> String {
+pub(in crate::report) fn settings_table(settings: &Map<String, Value>) -> String {
     let mut rows = Vec::new();
     for (name, value) in settings {
         flatten(name, value, &mut rows);
@@ -178,7 +178,7 @@ fn number(value: f64, decimals: usize, unit: &str) -> String {
 }
 
 /// A table whose first column heads its rows. Texts are escaped here.
-fn table<'a>(head: &[&str], rows: impl Iterator<Item = &'a [String]>) -> String {
+pub(in crate::report) fn table<'a>(head: &[&str], rows: impl Iterator<Item = &'a [String]>) -> String {
     let mut html = String::from("<table><thead><tr>");
     for name in head {
         let _ = write!(html, "<th scope=\"col\">{}</th>", escape(name));

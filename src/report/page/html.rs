@@ -14,12 +14,10 @@ use std::borrow::Cow;
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPTS: [&str; 4] = [
-    include_str!("theme.js"),
-    include_str!("phantom.js"),
-    include_str!("plots.js"),
-    include_str!("start.js"),
-];
+/// What every page's scripts begin and end with.
+const THEME: &str = include_str!("theme.js");
+const START: &str = include_str!("start.js");
+const SCRIPTS: [&str; 2] = [include_str!("phantom.js"), include_str!("plots.js")];
 
 /// The page of a fit. `settings` are those that made the fit, by name with unit.
 pub fn page(fit: &Fit, recording: &Recording, settings: &Map<String, Value>) -> Result<String, ReportError> {
@@ -28,37 +26,47 @@ pub fn page(fit: &Fit, recording: &Recording, settings: &Map<String, Value>) -> 
         Verdict::Unexplained(_) => ("bad", "!"),
         Verdict::Unjudged => ("bad", "?"),
     };
-    let scripts = format!("(() => {{\n'use strict';\n{}}})();\n", SCRIPTS.concat());
-    let version = format!("{} {}", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION"));
-    Ok(fill(
+    Ok(whole(
         TEMPLATE,
         &[
             ("across", if recording.stage.is_some() { "depth" } else { "time" }),
             ("recording", &escape(&fit.recording)),
             ("method", method_name(fit.method)),
-            ("version", &version),
             ("status", status.0),
             ("sign", status.1),
             ("finding", &escape(&finding(fit))),
             ("trust", &escape(&trust(fit))),
-            ("remarks", &remarks(fit)),
+            ("remarks", &remarks(&fit.remarks)),
             ("results", &results(fit)),
             ("patches", &patches(fit)),
             ("residuals", &residuals(fit, recording)),
             ("correlations", &correlations(fit)),
             ("discretisation", &discretisation(fit, recording)),
             ("settings", &settings_table(settings)),
-            ("style", STYLE),
-            ("plotting", plotting_library(&plotly::Plot::offline_js_sources())),
             ("scene", &json_block(&Scene::new(fit, recording)?)?),
             ("series", &json_block(&Series::new(fit, recording))?),
-            ("scripts", &scripts),
         ],
+        &SCRIPTS,
     ))
 }
 
+/// A template filled with `values` and with what all pages share: the program's version, styles, the plotting library,
+/// and the page's own `scripts` between those that every page begins and ends with.
+pub(in crate::report) fn whole(template: &str, values: &[(&str, &str)], scripts: &[&str]) -> String {
+    let scripts = format!("(() => {{\n'use strict';\n{THEME}{}{START}}})();\n", scripts.concat());
+    let version = format!("{} {}", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION"));
+    let sources = plotly::Plot::offline_js_sources();
+    let shared = [
+        ("version", version.as_str()),
+        ("style", STYLE),
+        ("plotting", plotting_library(&sources)),
+        ("scripts", &scripts),
+    ];
+    fill(template, &[values, &shared].concat())
+}
+
 /// Text as HTML shows it literally.
-pub(super) fn escape(text: &str) -> Cow<'_, str> {
+pub(in crate::report) fn escape(text: &str) -> Cow<'_, str> {
     quick_xml::escape::escape(text)
 }
 
@@ -69,7 +77,7 @@ fn plotting_library(sources: &str) -> &str {
 }
 
 /// JSON that no HTML parser takes for markup.
-fn json_block(data: &impl Serialize) -> Result<String, ReportError> {
+pub(in crate::report) fn json_block(data: &impl Serialize) -> Result<String, ReportError> {
     Ok(serde_json::to_string(data)?.replace('<', "\\u003c"))
 }
 
@@ -108,7 +116,7 @@ mod tests {
 
     #[test]
     fn the_page_names_no_address() {
-        for text in SCRIPTS.iter().chain([&TEMPLATE, &STYLE]) {
+        for text in SCRIPTS.iter().chain([&THEME, &START, &TEMPLATE, &STYLE]) {
             assert!(!text.contains("://") && !text.contains("src=") && !text.contains("@import"), "{text}");
         }
     }

@@ -9,6 +9,11 @@ mod html;
 mod scale;
 mod scene;
 mod series;
+mod skin;
 mod thin;
 
+pub(super) use figures::{remarks, settings_table, table};
 pub use html::page;
+pub(super) use html::{escape, json_block, whole};
+pub(super) use skin::{Columns, DiscScene, Skin, Triangles, millimetres, rounded};
+pub(super) use thin::thin;

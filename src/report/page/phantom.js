@@ -134,3 +134,4 @@ function phantomControls() {
 }
 
 plots.push(drawPhantom);
+controls.push(phantomControls);

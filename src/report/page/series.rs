@@ -2,7 +2,7 @@
 //!
 //! Lengths leave here in millimetres or micrometres, forces in newtons, force residuals in millinewtons.
 
-use super::scene::rounded;
+use super::skin::rounded;
 use super::thin::thin;
 use crate::geometry::Vec3;
 use crate::inverse::{Fit, PokeView, Sample};

@@ -3,7 +3,7 @@
 const room = matchMedia('(prefers-color-scheme: dark)');
 
 setTheme(room.matches ? 'dark' : 'light');
-phantomControls();
+controls.forEach(enliven => enliven());
 drawAll().then(() => { root.dataset.ready = 'yes'; });
 
 room.addEventListener('change', () => {

@@ -2,6 +2,7 @@
 
 const root = document.documentElement;
 const plots = [];  // functions that draw one plot each, called again when colours or sizes change
+const controls = [];  // functions that put life into buttons and choices, called once
 
 function colour(name) {
   return getComputedStyle(root).getPropertyValue('--' + name).trim();

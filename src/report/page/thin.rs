@@ -5,7 +5,7 @@
 ///
 /// Every channel's extremes over the whole range are among them. All are kept when `count ≤ limit`. `limit` is
 /// at least `2 + 2·channels`.
-pub(super) fn thin(count: usize, limit: usize, channels: &[&dyn Fn(usize) -> f64]) -> Vec<usize> {
+pub(in crate::report) fn thin(count: usize, limit: usize, channels: &[&dyn Fn(usize) -> f64]) -> Vec<usize> {
     if count <= limit {
         return (0..count).collect();
     }

@@ -37,6 +37,7 @@ mod plan;
 mod record;
 mod rig;
 mod stock;
+mod strength;
 mod touch;
 
 pub use answer::{Answer, Figure};

@@ -246,3 +246,24 @@ fn what_means_nothing_is_refused() {
     elsewhere.phantom.seed += 1;
     assert!(matches!(elsewhere.record(phantom()), Err(SimError::OtherPhantom { .. })));
 }
+
+/// A gain common to all axes is a mere change of the modulus and a shift of the camera's frame shows in nothing; what
+/// changes twice as much is twice as strong. Readings are rounded as they are written: to 2 % of a deviation in all.
+#[test]
+fn strength_is_what_a_recording_shows() {
+    let strength = |effects: Vec<Effect>| {
+        let mut world = world(effects);
+        world.instruments.noise = Instruments::default().noise;
+        let recording = world.record(phantom()).expect("a recording");
+        world.strength(phantom(), &recording).expect("a strength")
+    };
+    assert_eq!(strength(Vec::new()), None);
+    let gain = strength(vec![Effect::Rig(Rig::ForceGain { gain: [1.1; 3] })]).expect("a number");
+    assert!(gain < 0.05, "{gain}");
+    let shift = Rig::CameraMisalignment { rotation_rad: [0.0; 3], translation_m: [5e-4, 0.0, 0.0] };
+    let shift = strength(vec![Effect::Rig(shift)]).expect("a number");
+    assert!(shift < 0.05, "{shift}");
+    let scale = |scale| strength(vec![Effect::Rig(Rig::CameraScale { scale, depth_gain: 1.0 })]);
+    let [one, two] = [1.02, 1.04].map(|s| scale(s).expect("a number"));
+    assert!(one > 1.0 && (two - 2.0 * one).abs() < 0.15, "{one}, {two}");
+}

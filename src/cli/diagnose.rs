@@ -1,0 +1,97 @@
+//! `diagnose`: a bundle → what the model left out, and a folder with a page, `diagnosis.json` and the next poke.
+
+use super::{Context, Exit, Outcome, StagedFolder, UsageError, fit};
+use crate::dataset::read_bundle;
+use crate::diagnose::{Progress, Settings, diagnose};
+use crate::inverse;
+use crate::report::{conclusion, diagnosis_json, evidence, is_sure, write_diagnosis};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Says what physics the model leaves out of a recording: whether something is, where, what, how much.
+///
+/// Writes a folder with diagnosis.html (the page), diagnosis.json and, where another poke would tell more,
+/// next-poke.csv. Ends with exit code 3 when the verdict does not stand alone with confidence: nothing in the
+/// catalogue explains the recording, several entries do, or the confidence is below 90 %.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  phantom-rig diagnose recordings/practice-02
+  phantom-rig diagnose recordings/practice-02 --out results/02 --quick
+  phantom-rig diagnose recordings/practice-02 --false-alarm 0.001
+  phantom-rig diagnose recordings/practice-02 --print-only --json > 02.json")]
+pub(super) struct DiagnoseArguments {
+    /// The bundle: a folder with recording.toml, mesh.msh, pokes.csv, force.csv, markers.csv
+    #[arg(value_name = "BUNDLE")]
+    bundle: PathBuf,
+    /// Where to write; by default the bundle's name with "-diagnosis", in the current folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace DIR even if this program did not make it
+    #[arg(long)]
+    force: bool,
+    /// Stay on the given mesh: faster, less certain
+    #[arg(long)]
+    quick: bool,
+    /// Share of recordings without anything left out in which a mismatch may be called
+    #[arg(long, value_name = "SHARE", default_value_t = FALSE_ALARM)]
+    false_alarm: f64,
+    /// Write no folder; only say what was found
+    #[arg(long, conflicts_with_all = ["out", "force"])]
+    print_only: bool,
+}
+
+const FALSE_ALARM: f64 = 0.02;
+
+pub(super) fn run(arguments: &DiagnoseArguments, context: &Context) -> anyhow::Result<Outcome> {
+    let share = arguments.false_alarm;
+    if !(share > 0.0 && share < 1.0) {
+        return Err(UsageError(format!("--false-alarm must lie between 0 and 1, got {share}")).into());
+    }
+    let settings = Settings {
+        fit: inverse::Settings { quick: arguments.quick, ..inverse::Settings::default() },
+        false_alarm: share,
+    };
+    let spinner = context.progress.spinner("reading");
+    let (recording, suspicions) = read_bundle(&arguments.bundle)?;
+    let destination = arguments.out.clone().unwrap_or_else(|| fit::beside(&arguments.bundle, "diagnosis"));
+    let folder = match arguments.print_only {
+        true => None,
+        false => Some(StagedFolder::new(&destination, arguments.force)?),
+    };
+    let mut diagnosis = diagnose(&recording, &settings, &mut |stage| spinner.label(&said(stage)))?;
+    diagnosis.remarks.extend(suspicions.iter().map(ToString::to_string));
+    let made_with = json!({
+        "bundle": arguments.bundle.display().to_string(),
+        "quick": arguments.quick,
+        "false_alarm": share,
+    });
+    let made_with = made_with.as_object().cloned().unwrap_or_default();
+    let mut text = format!("{}.\n{}", conclusion(&diagnosis), evidence(&diagnosis));
+    for remark in &diagnosis.remarks {
+        text.push_str(&format!("\n- {remark}"));
+    }
+    if let Some(poke) = &diagnosis.next_poke {
+        text.push_str(&format!("\nNext poke: {}", poke.why));
+    }
+    if let Some(folder) = folder {
+        spinner.label("writing");
+        write_diagnosis(folder.path(), &diagnosis, &recording, &made_with)?;
+        folder.finish()?;
+        text.push_str(&format!("\nPage: {}", destination.join("diagnosis.html").display()));
+    }
+    drop(spinner);
+    Ok(Outcome {
+        exit: if is_sure(&diagnosis) { Exit::Good } else { Exit::Degraded },
+        text,
+        json: diagnosis_json(&diagnosis, &made_with)?,
+    })
+}
+
+fn said(stage: Progress) -> String {
+    match stage {
+        Progress::Fitting(stage) => fit::said(stage),
+        Progress::Screening => "trying every entry of the catalogue".to_owned(),
+        Progress::Refitting { done, of } => format!("refitting: {done} of {of}"),
+    }
+}

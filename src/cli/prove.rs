@@ -1,0 +1,131 @@
+//! `prove`: concealed draws → every verdict on disk, then the answers opened, then how well.
+
+use super::proof::{
+    ProofError, ProofFolder, Seal, bundle_sum, close_verdicts, digest, draw_name, hex, make_verdicts,
+    read_sums, read_verdict, replace,
+};
+use super::{Context, Exit, Outcome, UsageError};
+use crate::report::scorecard::{Answer, Draw, Scorecard, judge, scorecard_page, scorecard_text};
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// Diagnoses concealed draws, opens their answers, and says how well the diagnoses answer them.
+///
+/// Each recording is diagnosed (--quick) in a process of its own that is given a copy of the bundle and nothing else.
+/// When every verdict is on disk they are closed: their hashes are written to DIR/verdicts.csv. Only then are the
+/// answers opened and held against the hashes that `conceal` published. A verdict that is missing or was changed
+/// after closing, an answer or a recording that does not fit its hash: each ends with exit code 1. Goes on where it
+/// was stopped.
+///
+/// For a stricter proof take DIR.key away until the verdicts are closed.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  phantom-rig conceal --seed 20261 --count 500 --out proofs/20261
+  phantom-rig prove proofs/20261
+  phantom-rig prove proofs/20261 --detection-limit 15 --json > 20261.json")]
+pub(super) struct ProveArguments {
+    /// The folder that `conceal` made
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// The key of the answers; by default DIR.key
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
+    /// Recordings diagnosed at a time; by default one a core
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+    /// Strength from which on an effect counts as above the limit of detection
+    #[arg(long, value_name = "STRENGTH", default_value_t = 0.0)]
+    detection_limit: f64,
+}
+
+pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Result<Outcome> {
+    let limit = arguments.detection_limit;
+    if !(limit >= 0.0 && limit.is_finite()) {
+        return Err(UsageError(format!("--detection-limit must be 0 or more, got {limit}")).into());
+    }
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let jobs = arguments.jobs.unwrap_or(cores);
+    if jobs == 0 {
+        return Err(UsageError("--jobs 0: at least one is needed".to_owned()).into());
+    }
+    let folder = ProofFolder::new(&arguments.folder);
+    let manifest = folder.made()?;
+    let hashes = read_sums(&folder.hashes())?;
+    let draws: Vec<String> = (1..=manifest.count).map(draw_name).collect();
+    for draw in &draws {
+        let incomplete = |what| ProofError::Incomplete { draw: draw.clone(), what };
+        if !folder.recording(draw).is_dir() {
+            return Err(incomplete("recording").into());
+        }
+        if !hashes.contains_key(draw) {
+            return Err(incomplete("hash in hashes.csv").into());
+        }
+    }
+    if !folder.closed().is_file() {
+        folder.make()?;
+        let bar = context.progress.bar("diagnosing", draws.len() as u64);
+        make_verdicts(&folder, &draws, jobs, &bar)?;
+    }
+    close_verdicts(&folder, &draws)?;
+
+    let key = arguments.key.clone().unwrap_or_else(|| folder.key());
+    let seal = key_of(&key)?;
+    let mut judged = Vec::with_capacity(draws.len());
+    for draw in &draws {
+        let published = hashes.get(draw).map(String::as_str).unwrap_or_default();
+        let answer = open(&folder, &seal, draw, published)?;
+        let (said, seconds) = read_verdict(&folder, draw)?;
+        judged.push(judge(&Draw { name: draw.clone(), answer, said, seconds }));
+    }
+    let card = Scorecard::of(judged, limit);
+    let root = folder.root();
+    let title = root.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let json = scorecard_json(&card)?;
+    let page = root.join("scorecard.html");
+    replace(&page, scorecard_page(&card, &title)?.as_bytes())?;
+    replace(&root.join("scorecard.json"), (serde_json::to_string_pretty(&json)? + "\n").as_bytes())?;
+    let text = format!("{}\nPage: {}", scorecard_text(&card), page.display());
+    let exit = if card.failed.of == 0 { Exit::Good } else { Exit::Degraded };
+    Ok(Outcome { exit, text, json })
+}
+
+fn key_of(place: &PathBuf) -> Result<Seal, ProofError> {
+    if !place.is_file() {
+        return Err(ProofError::NoKey { place: place.clone() });
+    }
+    let text = std::fs::read_to_string(place).map_err(|source| ProofError::System {
+        place: place.clone(),
+        action: "read",
+        source,
+    })?;
+    Seal::of_text(&text).ok_or_else(|| ProofError::NotAKey { place: place.clone() })
+}
+
+/// The answer of a draw, which must be the one whose hash was published and belong to the recording.
+fn open(folder: &ProofFolder, seal: &Seal, draw: &str, published: &str) -> Result<Answer, ProofError> {
+    let place = folder.sealed(draw);
+    let sealed = std::fs::read(&place).map_err(|source| ProofError::System {
+        place: place.clone(),
+        action: "read",
+        source,
+    })?;
+    let text = seal.open(draw, &sealed)?;
+    if hex(&digest("phantom-rig answer", &[&text])) != published {
+        return Err(ProofError::OtherAnswer { draw: draw.to_owned() });
+    }
+    let unreadable = |source| ProofError::NotAnAnswer { draw: draw.to_owned(), source };
+    let value: Value = serde_json::from_slice(&text).map_err(unreadable)?;
+    if value["bundle_sha256"] != bundle_sum(&folder.recording(draw))? {
+        return Err(ProofError::OtherRecording { draw: draw.to_owned() });
+    }
+    serde_json::from_value(value).map_err(unreadable)
+}
+
+fn scorecard_json(card: &Scorecard) -> anyhow::Result<Value> {
+    let mut json = serde_json::to_value(card)?;
+    if let Some(keys) = json.as_object_mut() {
+        keys.insert("format".to_owned(), json!("phantom-scorecard/1"));
+    }
+    Ok(json)
+}

@@ -1,0 +1,154 @@
+//! Where and how much to try: places for what has one, typical amounts for what has none; bounds for a fit.
+
+use super::knob::BulkKnob;
+use super::lab::Lab;
+use crate::diagnose::Physics;
+use crate::fem::barycentric_gradients;
+use crate::geometry::Vec3;
+
+/// Distance between balls that are tried, and their radius, over the body's thickness.
+const BALL_SPACING: f64 = 0.5;
+const BALL_RADIUS: f64 = 0.4;
+
+/// Distance between discs of loose glue that are tried, and their radius, over the body's thickness; near the end of the
+/// glue the distance is half.
+const LOOSE_SPACING: f64 = 0.5;
+const LOOSE_RADIUS: f64 = 0.45;
+
+/// Typical amounts: modulus ratio of a ball, of an axis, shift of Poisson's ratio, give over the thickness.
+const BALL_RATIO: f64 = 3.0;
+const AXIS_RATIO: f64 = 1.3;
+const POISSON_SHIFT: f64 = 0.02;
+const GIVE: f64 = 0.03;
+
+impl Lab<'_> {
+    /// Sets of knobs to look at in a scan of this entry of the catalogue, none for an entry that is no change of the body.
+    /// Balls are stiff first, then soft, at the same places.
+    pub fn places(&self, physics: Physics) -> Vec<Vec<(BulkKnob, f64)>> {
+        match physics {
+            Physics::Inclusion => {
+                let places = self.inside();
+                let ball = |ratio: f64| {
+                    let radius = BALL_RADIUS * self.thickness_m();
+                    move |p: &Vec3| {
+                        let mut knobs: Vec<_> =
+                            (0..3).map(|axis| (BulkKnob::BallCentre(axis), p[axis])).collect();
+                        knobs.extend([(BulkKnob::BallRadius, radius), (BulkKnob::BallRatio, ratio.ln())]);
+                        knobs
+                    }
+                };
+                let stiff = places.iter().map(ball(BALL_RATIO));
+                stiff.chain(places.iter().map(ball(1.0 / BALL_RATIO))).collect()
+            }
+            Physics::Anisotropy => [Vec3::x(), Vec3::y(), Vec3::z()]
+                .iter()
+                .flat_map(|axis| {
+                    [AXIS_RATIO, 1.0 / AXIS_RATIO].map(|r| vec![(BulkKnob::Along((*axis).into()), r.ln())])
+                })
+                .collect(),
+            Physics::PoissonRatio => {
+                let (range, _) = self.range(BulkKnob::Poisson);
+                [-POISSON_SHIFT, POISSON_SHIFT.min(0.5 * range[1])]
+                    .map(|shift| vec![(BulkKnob::Poisson, shift)])
+                    .to_vec()
+            }
+            Physics::BaseDebonding => {
+                let radius = LOOSE_RADIUS * self.thickness_m();
+                self.on_the_glue()
+                    .iter()
+                    .map(|p| {
+                        vec![
+                            (BulkKnob::LooseCentre(0), p.x),
+                            (BulkKnob::LooseCentre(1), p.y),
+                            (BulkKnob::LooseRadius, radius),
+                        ]
+                    })
+                    .collect()
+            }
+            Physics::CompliantBase => vec![vec![(BulkKnob::BaseGive, GIVE * self.thickness_m())]],
+            Physics::CoarseMesh => [1.0, -1.0].map(|share| vec![(BulkKnob::Finer, share)]).to_vec(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Smallest and largest value of a knob, and the longest step of a fit.
+    pub fn range(&self, knob: BulkKnob) -> ([f64; 2], f64) {
+        let thick = self.thickness_m();
+        let nu = self.model.poisson_ratio();
+        match knob {
+            BulkKnob::BallCentre(axis) => (self.extent(axis), 0.2 * thick),
+            BulkKnob::LooseCentre(axis) => (self.extent(axis), 0.2 * thick),
+            BulkKnob::BallRadius | BulkKnob::LooseRadius => ([0.1 * thick, 2.0 * thick], 0.15 * thick),
+            BulkKnob::BallRatio => ([-4.0, 4.0], 0.7),
+            BulkKnob::Along(_) => ([-1.5, 2.5], 0.3),
+            BulkKnob::Turn(_) => ([-1.5, 1.5], 0.3),
+            BulkKnob::Poisson => ([(-nu).min(-0.1), 0.4995 - nu], 0.05_f64.min(0.5 * (0.5 - nu))),
+            BulkKnob::BaseGive => ([0.0, 2.0 * thick], 0.1 * thick),
+            BulkKnob::Finer => ([-3.0, 3.0], 1.0),
+        }
+    }
+
+    /// Twice the body's volume over its surface (m).
+    fn thickness_m(&self) -> f64 {
+        let space = self.model.space();
+        let area: f64 = (0..space.faces().len()).map(|f| space.face_triangle(f).area()).sum();
+        let cells = 0..space.cells().len() as u32;
+        2.0 * cells.map(|c| barycentric_gradients(&space.corners(c)).1).sum::<f64>() / area
+    }
+
+    /// Smallest and largest coordinate of the body (m).
+    fn extent(&self, axis: usize) -> [f64; 2] {
+        let all = self.model.space().nodes().iter().map(|p| p[axis]);
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    }
+
+    /// Points of a grid inside the body (m).
+    fn inside(&self) -> Vec<Vec3> {
+        let spacing = BALL_SPACING * self.thickness_m();
+        let lines: [Vec<f64>; 3] = [0, 1, 2].map(|axis| {
+            let [low, high] = self.extent(axis);
+            let count = ((high - low) / spacing).round().max(1.0);
+            (0..count as usize).map(|i| low + (high - low) * (i as f64 + 0.5) / count).collect()
+        });
+        let mut all = Vec::new();
+        for &x in &lines[0] {
+            for &y in &lines[1] {
+                all.extend(lines[2].iter().map(|&z| Vec3::new(x, y, z)).filter(|p| self.holds(p)));
+            }
+        }
+        all
+    }
+
+    /// Whether a point lies in the body.
+    fn holds(&self, p: &Vec3) -> bool {
+        let space = self.model.space();
+        (0..space.cells().len() as u32).any(|cell| {
+            let corners = space.corners(cell);
+            let (low, high) =
+                corners.iter().fold((corners[0], corners[0]), |(low, high), c| (low.inf(c), high.sup(c)));
+            let near = (0..3).all(|i| p[i] >= low[i] && p[i] <= high[i]);
+            near && {
+                let (gradient, _) = barycentric_gradients(&corners);
+                (0..4).all(|i| gradient[i].dot(&(p - corners[0])) + f64::from(u8::from(i == 0)) >= -1e-9)
+            }
+        })
+    }
+
+    /// Places on the glue (m), closer to each other near its end.
+    fn on_the_glue(&self) -> Vec<Vec3> {
+        let space = self.model.space();
+        let spacing = LOOSE_SPACING * self.thickness_m();
+        let ends = self.glue.ends_along_z(space);
+        let apart = |p: &Vec3| {
+            let near = ends.iter().any(|e| (e - p).norm() < spacing);
+            if near { 0.5 * spacing } else { spacing }
+        };
+        let mut kept: Vec<Vec3> = Vec::new();
+        for p in ends.iter().copied().chain(self.glue.faces_along_z(space)) {
+            if kept.iter().all(|q| (p - q).norm() >= apart(&p)) {
+                kept.push(p);
+            }
+        }
+        kept
+    }
+}

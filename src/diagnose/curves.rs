@@ -1,0 +1,66 @@
+//! Every poke as fits to the other pokes predict it: what a person looks at.
+
+use super::diagnosis::Curve;
+use super::model::Model;
+use super::refit::Fitted;
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+/// One poke predicted: force along the poke (N) row by row, and root mean square of the markers' misfit over noise of
+/// every frame.
+struct Predicted {
+    force_n: Vec<f64>,
+    markers: Vec<f64>,
+}
+
+/// All pokes, by the baseline and by the reading chosen.
+pub(super) fn curves(model: &Model<'_>, baseline: &Fitted, extended: &Fitted) -> Vec<Curve> {
+    (0..model.tracks.len())
+        .into_par_iter()
+        .filter_map(|poke| {
+            let track = &model.tracks[poke];
+            let (before, after) = (predicted(model, baseline, poke)?, predicted(model, extended, poke)?);
+            let frames = track.frames.iter().zip(before.markers.iter().zip(&after.markers));
+            Some(Curve {
+                poke: track.poke + 1,
+                time_s: track.time_s.clone(),
+                depth_m: track.depth_m.clone(),
+                measured_n: track.force_n.iter().map(|f| f.dot(&track.direction)).collect(),
+                baseline_n: before.force_n,
+                extended_n: after.force_n,
+                markers: frames.map(|(frame, (b, a))| (frame.time_s, *b, *a)).collect(),
+            })
+        })
+        .collect()
+}
+
+fn predicted(model: &Model<'_>, fitted: &Fitted, poke: usize) -> Option<Predicted> {
+    let at = fitted.without(model, poke)?;
+    let marched = model.march(&fitted.acting, &at)?;
+    let track = &model.tracks[poke];
+    let share = |channel: usize| at[marched.fitted + channel * model.body.sites + track.site];
+    let rms = |rows: &DMatrix<f64>| {
+        let residual = rows.column(rows.ncols() - 1);
+        (residual.norm_squared() / residual.len().max(1) as f64).sqrt()
+    };
+    let markers = track
+        .frames
+        .iter()
+        .map(|frame| model.marker_rows(track, frame, &marched, share(1)).map_or(f64::NAN, |rows| rms(&rows)));
+    let markers = markers.collect();
+    let force_n = (0..track.time_s.len())
+        .map(|row| {
+            let force = &marched.rows.force[track.first_row + row];
+            let more = model.force_added(track, &marched, row);
+            (0..3)
+                .map(|axis| {
+                    let model =
+                        (force[axis].re + more[axis].re) * marched.effects.gain[axis].re * (1.0 + share(0));
+                    let drift = marched.effects.drift_n_per_s[axis].re * track.time_s[row];
+                    (model + drift) * track.direction[axis]
+                })
+                .sum()
+        })
+        .collect();
+    Some(Predicted { force_n, markers })
+}

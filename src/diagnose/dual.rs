@@ -1,0 +1,130 @@
+//! Numbers that carry their derivatives by everything that is fitted: exact sensitivities of a march in time.
+
+use nalgebra::{Const, DMatrix, DVector, Dyn, LU, SVector, U1};
+use num_dual::{Derivative, DualSVec64};
+
+/// Most parameters that a march is differentiated by: the modulus, some ten for patches, some eight for effects.
+pub(super) const MOST: usize = 20;
+
+/// A value with its derivatives.
+pub(super) type Dual = DualSVec64<MOST>;
+
+/// The parameter of this index.
+pub(super) fn variable(value: f64, index: usize) -> Dual {
+    Dual::from_re(value).derivative(index)
+}
+
+/// Derivatives by the first `count` parameters.
+pub(super) fn gradient(value: &Dual, count: usize) -> DVector<f64> {
+    let all = all(value);
+    DVector::from_fn(count, |i, _| all[i])
+}
+
+/// A value with these derivatives.
+pub(super) fn with_gradient(value: f64, derivatives: &[(usize, f64)]) -> Dual {
+    let mut all = SVector::<f64, MOST>::zeros();
+    for &(index, by) in derivatives {
+        all[index] += by;
+    }
+    Dual::new(value, Derivative::some(all))
+}
+
+/// A system whose matrix and right-hand side carry derivatives: `A₀` is factored alone, and the derivatives of
+/// `A x = b` follow from `A₀ x' = b' − A' x₀`.
+pub(super) struct DualSolver {
+    matrix: DMatrix<Dual>,
+    factor: LU<f64, Dyn, Dyn>,
+}
+
+impl DualSolver {
+    /// `None` when the matrix is singular.
+    pub(super) fn new(matrix: DMatrix<Dual>) -> Option<Self> {
+        let factor = matrix.map(|x| x.re).lu();
+        factor.is_invertible().then_some(Self { matrix, factor })
+    }
+
+    /// The solution; `None` when it is not finite.
+    pub(super) fn solve(&self, right: &DVector<Dual>) -> Option<DVector<Dual>> {
+        if right.is_empty() {
+            return Some(right.clone());
+        }
+        let value = self.factor.solve(&right.map(|x| x.re))?;
+        let n = value.len();
+        let mut slopes = DMatrix::<f64>::zeros(n, MOST);
+        for i in 0..n {
+            let mut row = all(&right[i]);
+            for (j, x) in value.iter().enumerate() {
+                if let Some(by) = &self.matrix[(i, j)].eps.0 {
+                    row -= by * *x;
+                }
+            }
+            slopes.row_mut(i).copy_from(&row.transpose());
+        }
+        let slopes = self.factor.solve(&slopes)?;
+        value.iter().all(|x| x.is_finite()).then(|| {
+            DVector::from_fn(n, |i, _| {
+                Dual::new(
+                    value[i],
+                    Derivative::some(slopes.row(i).transpose().fixed_rows::<MOST>(0).into_owned()),
+                )
+            })
+        })
+    }
+}
+
+/// All derivatives.
+fn all(value: &Dual) -> SVector<f64, MOST> {
+    value.eps.unwrap_generic(Const::<MOST>, U1)
+}
+
+/// A matrix that depends on parameters: values, and the derivative by each of some parameters, which count from 0.
+#[derive(Debug, Clone)]
+pub struct Field {
+    /// Values where these parameters are 0.
+    pub value: DMatrix<f64>,
+    /// Parameter's index, derivative.
+    pub by: Vec<(usize, DMatrix<f64>)>,
+}
+
+impl Field {
+    /// The matrix where the parameters have these values.
+    pub(super) fn at(&self, parameters: &[f64]) -> Self {
+        let moved = |sum: DMatrix<f64>, (p, d): &(usize, DMatrix<f64>)| sum + d * parameters[*p];
+        Self { value: self.by.iter().fold(self.value.clone(), moved), by: self.by.clone() }
+    }
+
+    /// As dual numbers.
+    pub(super) fn dual(&self) -> DMatrix<Dual> {
+        DMatrix::from_fn(self.value.nrows(), self.value.ncols(), |i, j| {
+            if self.by.is_empty() {
+                return Dual::from_re(self.value[(i, j)]);
+            }
+            let derivatives: Vec<(usize, f64)> = self.by.iter().map(|(p, d)| (*p, d[(i, j)])).collect();
+            with_gradient(self.value[(i, j)], &derivatives)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `[[p, 1], [1, q]] x = (1, p q)` at p = 2, q = 3, against Cramer's rule differentiated by hand.
+    #[test]
+    fn a_system_is_solved_with_its_derivatives() {
+        let (p, q) = (variable(2.0, 0), variable(3.0, 1));
+        let one = Dual::from(1.0);
+        let solver = DualSolver::new(DMatrix::from_row_slice(2, 2, &[p, one, one, q])).expect("regular");
+        let x = solver.solve(&DVector::from_vec(vec![one, p * q])).expect("finite");
+        let determinant = p * q - one;
+        let expected = [(q - p * q) / determinant, (p * p * q - one) / determinant];
+        for (x, expected) in x.iter().zip(expected) {
+            assert!((x.re - expected.re).abs() < 1e-14);
+            assert!((gradient(x, 2) - gradient(&expected, 2)).norm() < 1e-14);
+        }
+        assert!(DualSolver::new(DMatrix::from_element(2, 2, one)).is_none());
+        // Nothing touches a phantom without restraint.
+        let nothing = DualSolver::new(DMatrix::from_element(0, 0, one)).expect("regular");
+        assert!(nothing.solve(&DVector::from_element(0, one)).expect("finite").is_empty());
+    }
+}

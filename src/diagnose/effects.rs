@@ -1,0 +1,85 @@
+//! Everything that may act besides the baseline, as one set of values whose neutral member is the baseline.
+//!
+//! Signs and zeros are those of the physics catalogue.
+
+use super::dual::Dual;
+use super::extra::Large;
+
+/// One term of a Prony series: share of the instantaneous stiffness that relaxes, and its time constant (s).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Term {
+    pub relaxed_fraction: Dual,
+    pub time_constant_s: Dual,
+}
+
+/// What a restraint does besides pulling in proportion.
+#[derive(Debug, Clone)]
+pub(super) struct Band {
+    /// Memory of the restraint.
+    pub memory: Option<Term>,
+    /// Acts along a direction only, in tension, beyond a gap.
+    pub slack: Option<Slack>,
+}
+
+/// `f = −k max(0, u·d − gap) d`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slack {
+    pub gap_m: Dual,
+    /// Unit vector `d`.
+    pub direction: [f64; 3],
+}
+
+/// All effects.
+#[derive(Debug, Clone)]
+pub(super) struct Effects {
+    /// Memory of the phantom.
+    pub relaxation: Vec<Term>,
+    /// `E(t) = E (1 + rate t)` (1/s).
+    pub drying_per_s: Dual,
+    /// One a restraint group.
+    pub bands: Vec<Band>,
+    /// Coulomb coefficient at the tip; `None` sticks.
+    pub friction: Option<Dual>,
+    /// Lost depth at contact (m).
+    pub late_m: Dual,
+    /// Full width of the play (m).
+    pub backlash_m: Dual,
+    /// Of frame and holder along the poke (m/N).
+    pub stage_m_per_n: Dual,
+    /// Of the force's zero (N/s).
+    pub drift_n_per_s: [Dual; 3],
+    /// Of each force axis.
+    pub gain: [Dual; 3],
+    /// Rotation vector of the camera's displacements (rad).
+    pub rotation_rad: [Dual; 3],
+    /// Of all displacements, and of z besides.
+    pub scale: Dual,
+    pub depth_gain: Dual,
+    /// Markers show the state this much earlier than their stamp (s).
+    pub lag_s: Dual,
+    /// A law that is not linear in the displacement.
+    pub large: Option<Large>,
+}
+
+impl Effects {
+    /// The baseline, with so many restraint groups.
+    pub(super) fn neutral(groups: usize) -> Self {
+        let (zero, one) = (Dual::from(0.0), Dual::from(1.0));
+        Self {
+            relaxation: Vec::new(),
+            drying_per_s: zero,
+            bands: vec![Band { memory: None, slack: None }; groups],
+            friction: None,
+            late_m: zero,
+            backlash_m: zero,
+            stage_m_per_n: zero,
+            drift_n_per_s: [zero; 3],
+            gain: [one; 3],
+            rotation_rad: [zero; 3],
+            scale: one,
+            depth_gain: one,
+            lag_s: zero,
+            large: None,
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! `strain-stiffening` as a function of its parameter: curves solved at a few values of it, and a polynomial between.
+
+use super::super::error::DiagnoseError;
+use super::curve::{Curve, Curves};
+use super::lab::Lab;
+use crate::fem::material::Law;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// Which energy stiffens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StiffeningLaw {
+    /// W = μ/(2b) (exp(b (Ī₁ − 3)) − 1) + κ/2 (J − 1)².
+    Fung,
+    /// W = μ/2 ((Ī₁ − 3) + c₂ (Ī₁ − 3)²) + κ/2 (J − 1)².
+    Yeoh,
+}
+
+impl StiffeningLaw {
+    /// The law with this `stiffening` (b or c₂).
+    pub fn law(self, stiffening: f64) -> Law {
+        match self {
+            Self::Fung => Law::Fung { stiffening },
+            Self::Yeoh => Law::Yeoh { stiffening },
+        }
+    }
+}
+
+/// Values of the parameter at which the body is solved; neighbours in ln(1 + b) are about as far apart.
+const KNOTS: [f64; 5] = [0.0, 1.0, 3.0, 8.0, 20.0];
+
+/// Neighbouring knots that are joined by one polynomial in ln(1 + b).
+const TOGETHER: usize = 3;
+
+/// Curves of one law by its parameter. Knots are solved when first asked for, and kept.
+pub struct Stiffening {
+    law: StiffeningLaw,
+    solved: Mutex<[Option<Arc<Curves>>; KNOTS.len()]>,
+    rough: OnceLock<[Curves; 2]>,
+}
+
+/// The parameter at which rough curves are solved besides 0.
+const ROUGH_KNOT: f64 = 2.0;
+
+/// Curves at one value of the parameter.
+#[derive(Debug, Clone)]
+pub struct Stiffened {
+    /// What is added.
+    pub curves: Curves,
+    /// Its derivative by the parameter.
+    pub by_stiffening: Curves,
+}
+
+impl Stiffening {
+    /// Solves nothing yet.
+    pub fn new(law: StiffeningLaw) -> Self {
+        Self { law, solved: Mutex::default(), rough: OnceLock::new() }
+    }
+
+    /// Curves of a lab, always the same one, and their derivative at `stiffening` (0 or more; at 0 they are those of
+    /// `finite-strain`). The first call solves three knots, later ones at most as many as they go beyond.
+    ///
+    /// # Errors
+    /// As [`Lab::curves`].
+    pub fn at(&self, lab: &Lab, stiffening: f64) -> Result<Stiffened, DiagnoseError> {
+        let stiffening = stiffening.max(0.0);
+        let below = (KNOTS.partition_point(|&k| k <= stiffening) - 1).min(KNOTS.len() - 2);
+        let first = below.saturating_sub(1);
+        let mut stiffened = self.between(lab, first, stiffening)?;
+        // A softer knot that cannot be pressed as deep as its stiffer neighbours must not end their curves.
+        let (lower, upper) = (self.knot(lab, below)?, self.knot(lab, below + 1)?);
+        let reached = |poke: usize| lower.pokes[poke].holds_to_m.min(upper.pokes[poke].holds_to_m);
+        let short = |c: &Curves| -> Vec<usize> {
+            (0..c.pokes.len()).filter(|&poke| c.pokes[poke].holds_to_m < reached(poke)).collect()
+        };
+        let short = short(&stiffened.curves);
+        if !short.is_empty() && below > first && below + TOGETHER <= KNOTS.len() {
+            let without = self.between(lab, below, stiffening)?;
+            for poke in short {
+                stiffened.curves.pokes[poke] = without.curves.pokes[poke].clone();
+                stiffened.by_stiffening.pokes[poke] = without.by_stiffening.pokes[poke].clone();
+            }
+        }
+        Ok(stiffened)
+    }
+
+    /// The polynomial through the knots from `first` on.
+    fn between(&self, lab: &Lab, first: usize, stiffening: f64) -> Result<Stiffened, DiagnoseError> {
+        let first = first.min(KNOTS.len() - TOGETHER);
+        let knots: Vec<usize> = (first..first + TOGETHER).collect();
+        let curves = knots.iter().map(|&knot| self.knot(lab, knot)).collect::<Result<Vec<_>, _>>()?;
+        let t: Vec<f64> = knots.iter().map(|&knot| KNOTS[knot].ln_1p()).collect();
+        let (value, slope) = lagrange(&t, stiffening.ln_1p());
+        let mix = |weights: &[f64]| Curves {
+            pokes: (0..curves[0].pokes.len())
+                .map(|poke| {
+                    let parts: Vec<(f64, &Curve)> =
+                        weights.iter().zip(&curves).map(|(w, c)| (*w, &c.pokes[poke])).collect();
+                    Curve::mixed(&parts)
+                })
+                .collect(),
+        };
+        let slope: Vec<f64> = slope.iter().map(|s| s / (1.0 + stiffening)).collect();
+        Ok(Stiffened { curves: mix(&value), by_stiffening: mix(&slope) })
+    }
+
+    /// As [`Stiffening::at`], roughly: along the line through 0 and 2, from two depths. Where the body has no equilibrium at 0
+    /// as deep as at 2, the curve at 0 is taken as nothing.
+    ///
+    /// # Errors
+    /// As [`Lab::curves`].
+    pub fn roughly(&self, lab: &Lab, stiffening: f64) -> Result<Stiffened, DiagnoseError> {
+        let [soft, stiff] = match self.rough.get() {
+            Some(known) => known,
+            None => {
+                let made =
+                    [lab.rough_curves(self.law.law(0.0))?, lab.rough_curves(self.law.law(ROUGH_KNOT))?];
+                self.rough.get_or_init(|| made)
+            }
+        };
+        let share = stiffening.max(0.0) / ROUGH_KNOT;
+        let mix = |of_soft: f64, of_stiff: f64| Curves {
+            pokes: soft
+                .pokes
+                .iter()
+                .zip(&stiff.pokes)
+                .map(|(soft, stiff)| {
+                    if soft.holds_to_m < stiff.holds_to_m {
+                        Curve::mixed(&[(of_stiff, stiff)])
+                    } else {
+                        Curve::mixed(&[(of_soft, soft), (of_stiff, stiff)])
+                    }
+                })
+                .collect(),
+        };
+        Ok(Stiffened {
+            curves: mix(1.0 - share, share),
+            by_stiffening: mix(-1.0 / ROUGH_KNOT, 1.0 / ROUGH_KNOT),
+        })
+    }
+
+    /// The rough curves at 0.
+    ///
+    /// # Errors
+    /// As [`Lab::curves`].
+    pub fn roughly_zero(&self, lab: &Lab) -> Result<Arc<Curves>, DiagnoseError> {
+        Ok(Arc::new(self.roughly(lab, 0.0)?.curves))
+    }
+
+    /// The curves at 0: those of `finite-strain`. Solves one knot.
+    ///
+    /// # Errors
+    /// As [`Lab::curves`].
+    pub fn at_zero(&self, lab: &Lab) -> Result<Arc<Curves>, DiagnoseError> {
+        self.knot(lab, 0)
+    }
+
+    /// Solved without the lock: a thread that helps with other work meanwhile must not wait for itself.
+    fn knot(&self, lab: &Lab, knot: usize) -> Result<Arc<Curves>, DiagnoseError> {
+        let kept = || self.solved.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = kept()[knot].clone();
+        if let Some(curves) = known {
+            return Ok(curves);
+        }
+        let made = Arc::new(lab.curves(self.law.law(KNOTS[knot]))?);
+        Ok(Arc::clone(kept()[knot].get_or_insert(made)))
+    }
+}
+
+/// Weights of the polynomial through values at `knots`: of its value and of its derivative at `at`.
+fn lagrange(knots: &[f64], at: f64) -> (Vec<f64>, Vec<f64>) {
+    let others = |i: usize| (0..knots.len()).filter(move |&j| j != i);
+    let scale = |i: usize| others(i).map(|j| knots[i] - knots[j]).product::<f64>();
+    let value = |i: usize| others(i).map(|j| at - knots[j]).product::<f64>() / scale(i);
+    let slope = |i: usize| {
+        let without = |k: usize| others(i).filter(|&j| j != k).map(|j| at - knots[j]).product::<f64>();
+        others(i).map(without).sum::<f64>() / scale(i)
+    };
+    (0..knots.len()).map(|i| (value(i), slope(i))).unzip()
+}

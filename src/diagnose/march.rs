@@ -1,0 +1,427 @@
+//! The recording in time: what the stage reports → force of the tip and everything that the markers' motion follows from.
+//!
+//! The condensed body in units of a modulus: forces `q` of the tip and `f` of the restraint discs make
+//! `v = C (q, f)`, and `v = 𝓔[u]` with the hereditary modulus `𝓔`, the same everywhere because Poisson's ratio does
+//! not relax. At each row `𝓔[u] = e u + h`, `h` known from the past ([`Memory`]), and discs pull with
+//! `f = −K u + p`, likewise. What is left is one linear system for `q` and the discs' displacements; which bands
+//! pull and whether the tip slides is found by turns.
+
+use super::body::Body;
+use super::dual::{Dual, DualSolver};
+use super::effects::{Band, Effects};
+use super::extra::Depth;
+use super::memory::Memory;
+use super::tip_path::Play;
+use super::track::Timeline;
+use crate::geometry::{Vec3, basis_from_axis};
+use nalgebra::{DMatrix, DVector};
+
+/// Restraint discs that share a law.
+#[derive(Debug, Clone)]
+pub(super) struct Group {
+    /// Its discs: a range of the body's discs.
+    pub discs: std::ops::Range<usize>,
+    /// Stiffness of one disc (N/m).
+    pub stiffness: Dual,
+}
+
+/// The march; one entry a row of the force sensor.
+#[derive(Debug, Clone)]
+pub(super) struct March {
+    /// Force of the tip on the phantom (N).
+    pub force: Vec<[Dual; 3]>,
+    /// `𝓔⁻¹` of the forces of the tip at every site and of the discs, three components each: times the markers' compliance it
+    /// is their displacement.
+    pub loads: Vec<DVector<Dual>>,
+    /// How deep the tip is.
+    pub depth: Vec<Depth>,
+}
+
+/// Rounds of finding which bands pull and whether the tip slides, at one row.
+const ROUNDS: usize = 8;
+
+/// Time (s) before the first row at which everything was at rest.
+const FIRST_STEP_S: f64 = 0.02;
+
+/// Marches through all rows of the recording from rest; between pokes nothing holds the surface. `None` when a row's
+/// system is singular.
+pub(super) fn march(
+    timeline: &Timeline,
+    body: &Body,
+    modulus: Dual,
+    groups: &[Group],
+    effects: &Effects,
+) -> Option<March> {
+    let (tips, discs) = (3 * body.sites, body.discs_discs.value.nrows());
+    let compliance =
+        Compliance { a: body.tips_tips.dual(), b: body.discs_tips.dual(), d: body.discs_discs.dual() };
+    let mut surface = Memory::new(modulus, &effects.relaxation, tips + discs);
+    let mut loaded = Memory::new(modulus, &effects.relaxation, tips + discs);
+    let mut bands: Vec<Memory> = groups
+        .iter()
+        .zip(&effects.bands)
+        .map(|(group, band)| Memory::new(group.stiffness, band.memory.as_slice(), 3 * group.discs.len()))
+        .collect();
+    let mut kept: Option<Kept> = None;
+    let mut state = Contact { at: None, pulling: vec![true; groups.len()], sliding: None };
+    let mut slid = [Dual::from(0.0); 3];
+    let mut play = Play::default();
+    let mut out = March { force: Vec::new(), loads: Vec::new(), depth: Vec::new() };
+    let none = Depth { now: Dual::from(0.0), deepest: Dual::from(0.0) };
+    let mut deepest = vec![none.now; body.sites];
+    let mut before_s = timeline.rows.first().map_or(0.0, |row| row.time_s) - FIRST_STEP_S;
+    // Without a clock in any law a row's answer is in proportion to the path of the tip.
+    let ages = effects.drying_per_s.re != 0.0 || effects.drying_per_s.eps.0.is_some();
+    let remembers = !effects.relaxation.is_empty() || effects.bands.iter().any(|band| band.memory.is_some());
+    for row in &timeline.rows {
+        if row.contact.is_none() && !remembers {
+            // Nothing moves and nothing is remembered.
+            out.force.push([Dual::from(0.0); 3]);
+            out.loads.push(DVector::from_element(0, Dual::from(0.0)));
+            out.depth.push(none);
+            continue;
+        }
+        let dt = (row.time_s - before_s).max(1e-9);
+        before_s = row.time_s;
+        let age = effects.drying_per_s * row.time_s + 1.0;
+        let (e, past) = surface.step(dt, age);
+        let own: Vec<(Dual, DVector<Dual>)> =
+            bands.iter().map(|band| band.step(dt, Dual::from(1.0))).collect();
+        let at = row.contact.as_ref().map(|contact| contact.site);
+        if state.at != at || row.first {
+            slid = [Dual::from(0.0); 3];
+            play = Play::default();
+        }
+        state = Contact { at, sliding: None, ..state };
+        let tip = row.contact.as_ref().map(|contact| {
+            let path = play.follow(contact, effects);
+            (Tip { site: contact.site, direction: contact.direction, inward: contact.inward, effects }, path)
+        });
+        let mut solved: Option<Solved> = None;
+        for _ in 0..ROUNDS {
+            let law = Law::new(discs, groups, &effects.bands, &own, &state.pulling);
+            let key = Key { e: e.re, own: own.iter().map(|(k, _)| k.re).collect(), state: state.clone() };
+            if kept.as_ref().is_none_or(|kept| kept.key != key) {
+                let matrix = compliance.matrix(&law, e, tip.as_ref().map(|(tip, _)| tip), &state);
+                kept = Some(Kept { solver: DualSolver::new(matrix)?, key, by_path: None });
+            }
+            let path = tip.as_ref().map(|(tip, path)| {
+                (tip, DVector::from_fn(3, |i, _| e * (path[i] + slid[i]) + past[3 * tip.site + i]))
+            });
+            let kept = kept.as_mut()?;
+            let x = match &path {
+                Some((tip, path)) if !remembers && !ages => {
+                    kept.answer(&compliance, &law, tip, path, &state)?
+                }
+                _ => {
+                    let past = past.rows(tips, discs).into_owned();
+                    kept.solver.solve(&compliance.right(&law, &past, path.as_ref(), &state))?
+                }
+            };
+            let u = x.rows(x.len() - discs, discs).into_owned();
+            let next = Contact {
+                at: state.at,
+                pulling: still_pulling(groups, effects, &u),
+                sliding: tip.as_ref().and_then(|(tip, _)| tip.sliding(&x, state.sliding)),
+            };
+            let q = tip.as_ref().map_or([Dual::from(0.0); 3], |_| [x[0], x[1], x[2]]);
+            solved = Some(Solved { f: law.forces(&u), q, u });
+            if next == state {
+                break;
+            }
+            state = next;
+        }
+        let Solved { q, f, u } = solved?;
+        // How the surface moved under the tips follows from the forces: under all of them where it is remembered.
+        let mut moved = DVector::from_element(tips + discs, Dual::from(0.0));
+        let under = match (at, state.sliding) {
+            _ if remembers => 0..tips,
+            (Some(site), Some(_)) => 3 * site..3 * site + 3,
+            _ => 0..0,
+        };
+        for i in under {
+            let by_discs: Dual = (0..discs).map(|j| compliance.b[(j, i)] * f[j]).sum();
+            let by_tip: Dual = at
+                .map_or(Dual::from(0.0), |site| (0..3).map(|j| compliance.a[(i, 3 * site + j)] * q[j]).sum());
+            moved[i] = (by_tip + by_discs - past[i]) / e;
+        }
+        moved.rows_mut(tips, discs).copy_from(&u);
+        if let (Some((tip, path)), Some(_)) = (&tip, state.sliding) {
+            let give = tip.stage_give(&q);
+            slid = std::array::from_fn(|i| moved[3 * tip.site + i] + give[i] - path[i]);
+        }
+        let (loads_e, loads_h) = loaded.step(dt, age);
+        let per_modulus = Dual::from(1.0) / loads_e;
+        let load = DVector::from_fn(tips + discs, |i, _| {
+            let applied = match (i.checked_sub(tips), at) {
+                (Some(disc), _) => f[disc],
+                (None, Some(site)) if i / 3 == site => q[i % 3],
+                _ if !remembers => return Dual::from(0.0),
+                _ => Dual::from(0.0),
+            };
+            (applied - loads_h[i]) * per_modulus
+        });
+        surface.advance(dt, moved);
+        loaded.advance(dt, load.clone());
+        for (group, band) in groups.iter().zip(&mut bands) {
+            band.advance(dt, u.rows(3 * group.discs.start, 3 * group.discs.len()).into_owned());
+        }
+        out.depth.push(match &tip {
+            Some((tip, path)) => {
+                let give = tip.stage_give(&q);
+                let now = (0..3).map(|i| (path[i] - give[i]) * tip.direction[i]).sum();
+                let most = &mut deepest[tip.site];
+                if now > *most {
+                    *most = now;
+                }
+                Depth { now, deepest: *most }
+            }
+            None => none,
+        });
+        out.force.push(q);
+        out.loads.push(load);
+    }
+    Some(out)
+}
+
+/// One row, solved.
+struct Solved {
+    q: [Dual; 3],
+    f: DVector<Dual>,
+    u: DVector<Dual>,
+}
+
+/// Where the tip touches, which bands pull, and where the tip slides to: the direction of its force in the surface.
+#[derive(Debug, Clone, PartialEq)]
+struct Contact {
+    at: Option<usize>,
+    pulling: Vec<bool>,
+    sliding: Option<[f64; 2]>,
+}
+
+/// What a row's matrix depends on.
+#[derive(Debug, Clone, PartialEq)]
+struct Key {
+    e: f64,
+    own: Vec<f64>,
+    state: Contact,
+}
+
+/// The last row's matrix, factored, and its answers to the tip moved along each axis and to nothing but the bands' gaps.
+struct Kept {
+    key: Key,
+    solver: DualSolver,
+    by_path: Option<[DVector<Dual>; 4]>,
+}
+
+impl Kept {
+    /// The answer to a `path` of the tip (in units of the modulus) where nothing is remembered.
+    fn answer(
+        &mut self,
+        compliance: &Compliance,
+        law: &Law,
+        tip: &Tip<'_>,
+        path: &DVector<Dual>,
+        state: &Contact,
+    ) -> Option<DVector<Dual>> {
+        if self.by_path.is_none() {
+            let still = DVector::from_element(compliance.d.nrows(), Dual::from(0.0));
+            let answer = |axis: Option<usize>| {
+                let path = DVector::from_fn(3, |i, _| Dual::from(f64::from(u8::from(Some(i) == axis))));
+                self.solver.solve(&compliance.right(law, &still, Some(&(tip, path)), state))
+            };
+            let alone = answer(None)?;
+            let along = |axis: usize| Some(answer(Some(axis))? - &alone);
+            self.by_path = Some([along(0)?, along(1)?, along(2)?, alone]);
+        }
+        let [x, y, z, alone] = self.by_path.as_ref()?;
+        Some(DVector::from_fn(alone.len(), |i, _| {
+            alone[i] + x[i] * path[0] + y[i] * path[1] + z[i] * path[2]
+        }))
+    }
+}
+
+/// `f = −K u + p` on the discs at one row; `K` has one block a disc.
+struct Law {
+    k: Vec<[[Dual; 3]; 3]>,
+    p: DVector<Dual>,
+}
+
+impl Law {
+    fn new(
+        discs: usize,
+        groups: &[Group],
+        bands: &[Band],
+        own: &[(Dual, DVector<Dual>)],
+        pulling: &[bool],
+    ) -> Self {
+        let mut k = vec![[[Dual::from(0.0); 3]; 3]; discs / 3];
+        let mut p = DVector::from_element(discs, Dual::from(0.0));
+        for (((group, band), (stiffness, past)), pulling) in groups.iter().zip(bands).zip(own).zip(pulling) {
+            for (n, disc) in group.discs.clone().enumerate() {
+                match &band.slack {
+                    None => {
+                        for i in 0..3 {
+                            k[disc][i][i] = *stiffness;
+                            p[3 * disc + i] = -past[3 * n + i];
+                        }
+                    }
+                    Some(slack) if *pulling => {
+                        for i in 0..3 {
+                            k[disc][i] = slack.direction.map(|d| *stiffness * (slack.direction[i] * d));
+                            p[3 * disc + i] = *stiffness * slack.gap_m * slack.direction[i];
+                        }
+                    }
+                    Some(_) => {}
+                }
+            }
+        }
+        Self { k, p }
+    }
+
+    /// `M K` for any matrix with one column a component.
+    fn after(&self, m: &DMatrix<Dual>) -> DMatrix<Dual> {
+        DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| {
+            let (disc, axis) = (j / 3, j % 3);
+            (0..3)
+                .filter(|&l| self.k[disc][l][axis].re != 0.0)
+                .map(|l| m[(i, 3 * disc + l)] * self.k[disc][l][axis])
+                .sum()
+        })
+    }
+
+    /// Forces at these displacements.
+    fn forces(&self, u: &DVector<Dual>) -> DVector<Dual> {
+        DVector::from_fn(self.p.len(), |i, _| {
+            let (disc, axis) = (i / 3, i % 3);
+            (0..3).fold(self.p[i], |f, j| f - self.k[disc][axis][j] * u[3 * disc + j])
+        })
+    }
+}
+
+/// The condensed body.
+struct Compliance {
+    a: DMatrix<Dual>,
+    b: DMatrix<Dual>,
+    d: DMatrix<Dual>,
+}
+
+impl Compliance {
+    /// The system of one row: unknowns are the force of the tip, if it touches, and the discs' displacements.
+    fn matrix(&self, law: &Law, e: Dual, tip: Option<&Tip<'_>>, state: &Contact) -> DMatrix<Dual> {
+        let (n, first) = (self.d.nrows(), if tip.is_some() { 3 } else { 0 });
+        let mut m = DMatrix::from_element(first + n, first + n, Dual::from(0.0));
+        m.view_mut((first, first), (n, n)).copy_from(&law.after(&self.d));
+        for i in first..first + n {
+            m[(i, i)] += e;
+        }
+        let Some(tip) = tip else { return m };
+        let s = 3 * tip.site;
+        let pull = law.after(&self.b.columns(s, 3).transpose());
+        for i in 0..3 {
+            for j in 0..3 {
+                let give = tip.effects.stage_m_per_n * (tip.direction[i] * tip.direction[j]);
+                m[(i, j)] = self.a[(s + i, s + j)] + e * give;
+            }
+            for j in 0..n {
+                m[(3 + j, i)] = -self.b[(j, s + i)];
+                m[(i, 3 + j)] = -pull[(i, j)];
+            }
+        }
+        if let (Some(to), Some(friction)) = (state.sliding, tip.effects.friction) {
+            tip.slide(&mut m, to, friction);
+        }
+        m
+    }
+
+    /// Its right-hand side: `past` under the discs, and the path of the tip in units of the modulus.
+    fn right(
+        &self,
+        law: &Law,
+        past: &DVector<Dual>,
+        path: Option<&(&Tip<'_>, DVector<Dual>)>,
+        state: &Contact,
+    ) -> DVector<Dual> {
+        let under = if law.p.iter().all(|p| p.re == 0.0) { -past } else { &self.d * &law.p - past };
+        let Some((tip, path)) = path else { return under };
+        let pulls = law.p.iter().any(|p| p.re != 0.0);
+        let mut tip_rows = path.clone();
+        if pulls {
+            tip_rows -= self.b.columns(3 * tip.site, 3).transpose() * &law.p;
+        }
+        if state.sliding.is_some() {
+            let into: Dual = (0..3).map(|i| tip_rows[i] * tip.inward[i]).sum();
+            tip_rows = DVector::from_vec(vec![into, Dual::from(0.0), Dual::from(0.0)]);
+        }
+        let mut right = DVector::from_element(3 + under.len(), Dual::from(0.0));
+        right.rows_mut(0, 3).copy_from(&tip_rows);
+        right.rows_mut(3, under.len()).copy_from(&under);
+        right
+    }
+}
+
+/// The tip while it touches.
+struct Tip<'a> {
+    site: usize,
+    direction: Vec3,
+    inward: Vec3,
+    effects: &'a Effects,
+}
+
+impl Tip<'_> {
+    /// Two axes in the surface.
+    fn across(&self) -> [Vec3; 2] {
+        let basis = basis_from_axis(&self.inward);
+        [basis.column(0).into_owned(), basis.column(1).into_owned()]
+    }
+
+    /// Of a sliding tip's three equations the one into the surface stays; along the surface the force is the friction's
+    /// share of that into it.
+    fn slide(&self, m: &mut DMatrix<Dual>, to: [f64; 2], friction: Dual) {
+        for j in 0..m.ncols() {
+            let into: Dual = (0..3).map(|i| m[(i, j)] * self.inward[i]).sum();
+            m[(0, j)] = into;
+            m[(1, j)] = Dual::from(0.0);
+            m[(2, j)] = Dual::from(0.0);
+        }
+        for (row, (axis, share)) in self.across().iter().zip(to).enumerate() {
+            for i in 0..3 {
+                m[(1 + row, i)] = -friction * (share * self.inward[i]) + axis[i];
+            }
+        }
+    }
+
+    /// Where the tip slides to: nowhere while its force is within the cone of friction about the surface's normal.
+    fn sliding(&self, x: &DVector<Dual>, before: Option<[f64; 2]>) -> Option<[f64; 2]> {
+        let friction = self.effects.friction?.re;
+        if before.is_some() {
+            return before;
+        }
+        let force = Vec3::new(x[0].re, x[1].re, x[2].re);
+        let pressed = force.dot(&self.inward);
+        let aside = self.across().map(|axis| force.dot(&axis));
+        let size = aside[0].hypot(aside[1]);
+        (pressed > 0.0 && size > friction * pressed).then(|| aside.map(|s| s / size))
+    }
+
+    /// What the frame gives (m).
+    fn stage_give(&self, q: &[Dual; 3]) -> [Dual; 3] {
+        let along: Dual = (0..3).map(|i| q[i] * self.direction[i]).sum();
+        std::array::from_fn(|i| self.effects.stage_m_per_n * along * self.direction[i])
+    }
+}
+
+/// A slack band pulls while the mean of its discs is beyond the gap.
+fn still_pulling(groups: &[Group], effects: &Effects, u: &DVector<Dual>) -> Vec<bool> {
+    groups
+        .iter()
+        .zip(&effects.bands)
+        .map(|(group, band)| {
+            let Some(slack) = &band.slack else { return true };
+            let along =
+                |disc: usize| -> f64 { (0..3).map(|i| u[3 * disc + i].re * slack.direction[i]).sum() };
+            let mean = group.discs.clone().map(along).sum::<f64>() / group.discs.len() as f64;
+            mean > slack.gap_m.re
+        })
+        .collect()
+}

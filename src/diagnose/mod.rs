@@ -1,0 +1,60 @@
+//! What the model left out: where recording and baseline differ, which physics explains it, how much it changes, how surely.
+//!
+//! [`diagnose`] is the way in; [`Diagnosis`] is what comes out. The baseline is the default fit
+//! ([`settled`](crate::inverse::settled)). Everything that may act besides is one set of values whose neutral member is
+//! the baseline; one march in time predicts every row of the recording for any of them, with exact derivatives:
+//!
+//! | file | question |
+//! | --- | --- |
+//! | `run` | which steps lead to a diagnosis |
+//! | `select`, `starts`, `scan` | which effects act: a look at every entry, refits of the best, one by one |
+//! | `model`, `rows`, `sums`, `refit` | what a reading of the recording predicts, and its best parameters |
+//! | `march`, `memory`, `tip_path`, `camera` | what the phantom, its restraint, the stage and the camera do in time |
+//! | `body`, [`bulk`] | the condensed body, and linear changes of it |
+//! | `extra`, [`large`] | what is not linear in the displacement |
+//! | `left`, `place` | what a reading leaves: when, where, in which channel |
+//! | `verdict`, `parameters`, `curves`, `next_poke` | what is said, how surely, and what to do next |
+//!
+//! Symbols: `C` compliance for a unit modulus (1/m), `𝓔` the hereditary modulus, `q` force of the tip (N), `f` forces of the
+//! restraint discs (N), `u` displacements (m), `J` derivative of the readings by the parameters.
+
+mod body;
+pub mod bulk;
+mod camera;
+mod curves;
+mod diagnosis;
+mod dual;
+mod effects;
+mod error;
+mod extra;
+mod knob;
+pub mod large;
+mod left;
+mod march;
+mod memory;
+mod model;
+mod motion;
+mod next_poke;
+mod parameters;
+mod physics;
+mod place;
+mod refit;
+mod rest;
+mod rows;
+mod run;
+mod scan;
+mod select;
+mod starts;
+mod sums;
+mod tip_path;
+mod track;
+mod verdict;
+
+pub use diagnosis::{
+    Candidate, Channel, Curve, Diagnosis, Estimate, Found, Mismatch, NextPoke, Parameter, Phase, Progress,
+    Reading, Region, Settings, Verdict,
+};
+pub use dual::Field;
+pub use error::DiagnoseError;
+pub use physics::Physics;
+pub use run::diagnose;

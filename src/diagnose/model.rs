@@ -1,0 +1,402 @@
+//! The extended model of a whole recording: parameters → misfit of every poke, with its normal equations.
+//!
+//! Parameters, in this order: the logarithm of the modulus; for every patch the logarithm of its stiffness, then its
+//! shifts (m); the share of what finer elements would change; the knobs of the effects; and, for what the elements get wrong, a share of the force and a share of the
+//! markers' motion at every site, each with a known small standard deviation.
+
+use super::body::{Body, body};
+use super::bulk::{self, BodyChange, BulkKnob};
+use super::camera::camera;
+use super::dual::{Dual, MOST, variable};
+use super::effects::Effects;
+use super::error::DiagnoseError;
+use super::extra::{Extra, Shelf};
+use super::knob::Knob;
+use super::march::{Group, March, march};
+use super::rest::{Correlation, correlation, force_at_rest};
+use super::sums::PokeSums;
+use super::track::{Timeline, Track, timeline, tracks};
+use crate::geometry::Vec3;
+use crate::inverse::{Parameter, Settled};
+use nalgebra::{DMatrix, DVector};
+use num_dual::DualNum;
+use rayon::prelude::*;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// Relative standard deviations of what the elements get wrong at one site: force, and markers' motion.
+const ELEMENTS: [f64; 2] = [2e-3, 3e-3];
+
+/// Standard deviation of the share of what finer elements change that is missing: on the given mesh all of it may be, on one
+/// brought to its limit a part.
+const FINER_SD: [f64; 2] = [1.0, 0.3];
+
+/// A softness of glue, over the smallest compliance of a disc under itself: as good as zero.
+const GLUE: f64 = 1e-4;
+
+/// Parameters that effects may need besides the baseline's.
+const ROOM: usize = 8;
+
+/// What is taken to act: the baseline, less some of its patches, with the knobs of some effects.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Acting {
+    /// What is added.
+    pub knobs: Vec<Knob>,
+    /// Patches of the baseline that are left out.
+    pub without: Vec<usize>,
+}
+
+/// A patch of the baseline.
+#[derive(Debug, Clone)]
+struct Patch {
+    discs: std::ops::Range<usize>,
+    /// Parameter of the logarithm of its stiffness; none for glue.
+    log_stiffness: Option<usize>,
+    /// Stiffness of one disc at the start (N/m).
+    stiffness: f64,
+}
+
+/// A recording and the body under it, ready to be explained.
+pub(super) struct Model<'a> {
+    /// The baseline.
+    pub settled: &'a Settled<'a>,
+    /// Every poke.
+    pub tracks: Vec<Track>,
+    timeline: Timeline,
+    /// The baseline's body.
+    pub body: Body,
+    patches: Vec<Patch>,
+    /// Patch that each of the baseline's parameters belongs to.
+    owner: Vec<Option<usize>>,
+    /// Parameter of the share of what finer elements change.
+    finer: Option<usize>,
+    /// Standard deviations of the force (N) and of each marker's displacement from rest (m).
+    pub force_sd: [f64; 3],
+    /// As above.
+    pub marker_sd: Vec<[f64; 3]>,
+    /// How far errors are from white.
+    pub correlation: Correlation,
+    rest: Vec<(f64, Vec3)>,
+    modulus: f64,
+    /// Changes of the body; none where the elements have no answer.
+    lab: Option<bulk::Lab<'a>>,
+    changes: Mutex<Vec<Arc<Changed>>>,
+    /// Laws that are not linear: for a look, and in full once one of them is promising.
+    rough: Option<Shelf>,
+    fine: OnceLock<Option<Shelf>>,
+}
+
+/// A change of the body that was worked out.
+struct Changed {
+    knobs: Vec<(BulkKnob, f64)>,
+    change: BodyChange,
+}
+
+/// So many changes are kept.
+const KEPT: usize = 24;
+
+/// Knobs this close to known ones, over their longest step, are answered by the derivative there.
+const CLOSE: f64 = 0.02;
+
+/// A march with what it was made for.
+pub(super) struct Marched<'a> {
+    /// Forces and loads.
+    pub rows: March,
+    /// The body.
+    pub body: Body,
+    /// What acts.
+    pub effects: Effects,
+    /// The camera's matrix.
+    pub turn: [[Dual; 3]; 3],
+    /// Number of parameters that it has derivatives by.
+    pub fitted: usize,
+    /// What a law that is not linear adds, with the modulus.
+    pub extra: Option<(Extra<'a>, Dual)>,
+}
+
+impl<'a> Model<'a> {
+    /// From a settled baseline.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::NoStage`], [`DiagnoseError::TipNotLinear`], [`DiagnoseError::TooManyPatches`].
+    pub(super) fn new(settled: &'a Settled<'a>) -> Result<Self, DiagnoseError> {
+        let at = settled.at;
+        let softs: Vec<usize> =
+            (0..at.state.patches.len()).filter(|&p| at.state.patches[p].softness > 0.0).collect();
+        let first_shift = 1 + softs.len();
+        if first_shift + ROOM + 1 > MOST {
+            return Err(DiagnoseError::TooManyPatches { patches: at.state.patches.len() });
+        }
+        // Where there are more places than a march can be differentiated by, the last found stay where they are.
+        let places = at.parameters.iter().filter_map(|parameter| match parameter {
+            Parameter::Shift(patch, _) | Parameter::LogRadius(patch) => Some((*parameter, *patch)),
+            Parameter::LogModulus | Parameter::LogSoftness(_) => None,
+        });
+        let shifts: Vec<(Parameter, usize)> = places.take(MOST - ROOM - 1 - first_shift).collect();
+        let index_of =
+            |parameter: Parameter| shifts.iter().position(|(p, _)| *p == parameter).map(|i| first_shift + i);
+        let mut body = body(settled, &index_of)?;
+        let lab = bulk::Lab::new(settled).ok();
+        let finer = lab.as_ref().and_then(|lab| lab.first_order(&[(BulkKnob::Finer, 1.0)]).ok());
+        let finer = finer.map(|change| {
+            let index = first_shift + shifts.len();
+            body.open(&change, index);
+            index
+        });
+        let modulus = at.state.modulus;
+        let patches = at.mounted.groups.iter().enumerate().map(|(p, group)| {
+            let own = &body.discs_discs.value;
+            let local = (3 * group.discs.start..3 * group.discs.end).map(|i| own[(i, i)]);
+            let softness = group.softness.max(GLUE * local.fold(f64::INFINITY, f64::min));
+            let log_stiffness = softs.iter().position(|&s| s == p).map(|i| 1 + i);
+            Patch { discs: group.discs.clone(), log_stiffness, stiffness: modulus / softness }
+        });
+        let patches = patches.collect();
+        let owner = std::iter::once(None).chain(softs.iter().map(|p| Some(*p)));
+        let owner = owner.chain(shifts.iter().map(|(_, p)| Some(*p))).chain(finer.map(|_| None)).collect();
+        let inward: Vec<Vec3> = settled.problem.bench.tips.iter().map(|tip| tip.inward()).collect();
+        let mut tracks = tracks(settled.recording, settled.evidence, &inward);
+        let timeline = timeline(settled.recording, &mut tracks);
+        let noise = &settled.evidence.noise;
+        let rough_shelf = Shelf::new(settled, &tracks, true).ok();
+        let rest =
+            |(_, rows): &(_, usize)| noise.marker_m.map(|sd| sd * (1.0 + 1.0 / (*rows).max(1) as f64).sqrt());
+        Ok(Self {
+            settled,
+            patches,
+            owner,
+            tracks,
+            timeline,
+            force_sd: noise.force_n,
+            marker_sd: settled.evidence.rest.iter().map(rest).collect(),
+            correlation: correlation(settled.recording, settled.evidence),
+            rest: force_at_rest(settled.recording),
+            body,
+            modulus,
+            lab,
+            finer,
+            changes: Mutex::default(),
+            rough: rough_shelf,
+            fine: OnceLock::new(),
+        })
+    }
+
+    /// Number of the baseline's own parameters, which come first.
+    pub(super) fn base(&self) -> usize {
+        self.owner.len()
+    }
+
+    /// Number of the baseline's parameters that are logarithms, which come first; the others are shifts (m).
+    pub(super) fn logarithms(&self) -> usize {
+        1 + self.patches.iter().filter(|patch| patch.log_stiffness.is_some()).count()
+    }
+
+    /// Number of patches of the baseline.
+    pub(super) fn patches(&self) -> usize {
+        self.patches.len()
+    }
+
+    /// Total stiffness of the springs that act (N/m).
+    pub(super) fn springs_n_per_m(&self, acting: &Acting, at: &DVector<f64>) -> f64 {
+        let acts = |p: &usize| !acting.without.contains(p);
+        let springs = (0..self.patches.len()).filter(acts).map(|p| &self.patches[p]);
+        springs.filter_map(|patch| patch.log_stiffness.map(|i| at[i].exp() * patch.discs.len() as f64)).sum()
+    }
+
+    /// Number of parameters: the baseline's, the knobs', and two shares for every site.
+    pub(super) fn count(&self, acting: &Acting) -> usize {
+        self.base() + acting.knobs.len() + 2 * self.body.sites
+    }
+
+    /// Whether a parameter stays where it is.
+    pub(super) fn frozen(&self, acting: &Acting, parameter: usize) -> bool {
+        self.owner.get(parameter).copied().flatten().is_some_and(|patch| acting.without.contains(&patch))
+    }
+
+    /// The baseline as it settled, with knobs at these values.
+    pub(super) fn start(&self, knobs: &[(Knob, f64)]) -> DVector<f64> {
+        let acting = Acting { knobs: knobs.iter().map(|k| k.0).collect(), without: Vec::new() };
+        let mut start = DVector::zeros(self.count(&acting));
+        start[0] = self.modulus.ln();
+        for patch in &self.patches {
+            if let Some(i) = patch.log_stiffness {
+                start[i] = patch.stiffness.ln();
+            }
+        }
+        knobs.iter().enumerate().for_each(|(i, (_, value))| start[self.base() + i] = *value);
+        start
+    }
+
+    /// Inverse variance that each parameter is known to have beforehand about 0.
+    pub(super) fn prior_precision(&self, acting: &Acting) -> DVector<f64> {
+        let (base, first_share) = (self.base(), self.base() + acting.knobs.len());
+        DVector::from_fn(self.count(acting), |i, _| {
+            let sd = if i >= first_share {
+                ELEMENTS[usize::from(i - first_share >= self.body.sites)]
+            } else if i >= base {
+                acting.knobs[i - base].prior_sd()
+            } else if self.is_finer(i) {
+                FINER_SD[usize::from(!self.settled.settings.quick)]
+            } else {
+                f64::INFINITY
+            };
+            sd.powi(-2)
+        })
+    }
+
+    /// Whether a parameter is the share of what finer elements change.
+    pub(super) fn is_finer(&self, parameter: usize) -> bool {
+        Some(parameter) == self.finer
+    }
+
+    /// Sums of every poke, and last of the force between them. `None` where the model has no answer.
+    pub(super) fn sums(&self, acting: &Acting, at: &DVector<f64>) -> Option<Vec<PokeSums>> {
+        let marched = self.march(acting, at)?;
+        let mut sums: Vec<PokeSums> =
+            self.tracks.par_iter().map(|track| self.track_sums(&marched, at, track)).collect();
+        sums.push(self.rest_sums(&marched, at.len()));
+        Some(sums)
+    }
+
+    /// The force between pokes is that of a sensor whose zero wanders.
+    fn rest_sums(&self, marched: &Marched<'_>, parameters: usize) -> PokeSums {
+        let fitted = marched.fitted;
+        let mut rows = DMatrix::zeros(3 * self.rest.len(), fitted + 2);
+        for (n, (t, force)) in self.rest.iter().enumerate() {
+            for axis in 0..3 {
+                let model = marched.effects.drift_n_per_s[axis] * *t;
+                let slope = super::dual::gradient(&model, fitted);
+                for i in 0..fitted {
+                    rows[(3 * n + axis, i)] = slope[i] / self.force_sd[axis];
+                }
+                rows[(3 * n + axis, fitted + 1)] = (force[axis] - model.re) / self.force_sd[axis];
+            }
+        }
+        let mut sums = PokeSums::empty(parameters);
+        sums.add(&rows, 0, fitted, self.correlation.force, true);
+        sums
+    }
+
+    fn effects(&self, acting: &Acting, at: &DVector<f64>) -> Effects {
+        let mut effects = Effects::neutral(self.patches.len());
+        for (i, knob) in acting.knobs.iter().enumerate() {
+            knob.set(&mut effects, variable(at[self.base() + i], self.base() + i));
+        }
+        effects
+    }
+
+    /// When the last poke ends (s).
+    pub(super) fn end_s(&self) -> f64 {
+        self.timeline.rows.last().map_or(0.0, |row| row.time_s)
+    }
+
+    /// The recording in time.
+    pub(super) fn march(&self, acting: &Acting, at: &DVector<f64>) -> Option<Marched<'_>> {
+        self.march_along(&self.timeline, acting, at)
+    }
+
+    /// Any motion in time, from rest.
+    pub(super) fn march_along(
+        &self,
+        timeline: &Timeline,
+        acting: &Acting,
+        at: &DVector<f64>,
+    ) -> Option<Marched<'_>> {
+        let modulus = variable(at[0], 0).exp();
+        let effects = self.effects(acting, at);
+        let groups = self.groups(acting, at);
+        let fitted = self.base() + acting.knobs.len();
+        let body = self.body_at(acting, at)?;
+        let rows = march(timeline, &body, modulus, &groups, &effects)?;
+        let turn = camera(&effects);
+        let extra = match &effects.large {
+            Some(large) => Some((self.shelf()?.extra(large).ok()?, modulus)),
+            None => None,
+        };
+        Some(Marched { rows, body, effects, turn, fitted, extra })
+    }
+
+    /// The body with its patches where they are and all changes that act.
+    fn body_at(&self, acting: &Acting, at: &DVector<f64>) -> Option<Body> {
+        let fitted = self.base() + acting.knobs.len();
+        let mut body = self.body.at(&at.as_slice()[..fitted]);
+        let bulk = acting.knobs.iter().enumerate().filter_map(|(i, knob)| match knob {
+            Knob::Bulk(bulk) => Some((self.base() + i, (*bulk, at[self.base() + i]))),
+            _ => None,
+        });
+        let (parameters, knobs): (Vec<usize>, Vec<(BulkKnob, f64)>) = bulk.unzip();
+        if !knobs.is_empty() {
+            body.add(&self.changed(&knobs)?, |knob| parameters[knob]);
+        }
+        Some(body)
+    }
+
+    /// What these knobs do to the body.
+    fn changed(&self, knobs: &[(BulkKnob, f64)]) -> Option<BodyChange> {
+        let lab = self.lab.as_ref()?;
+        let steps = |known: &Changed| -> Option<Vec<f64>> {
+            let same =
+                known.knobs.len() == knobs.len() && known.knobs.iter().zip(knobs).all(|(a, b)| a.0 == b.0);
+            let steps: Vec<f64> = known.knobs.iter().zip(knobs).map(|(a, b)| b.1 - a.1).collect();
+            let close =
+                |(step, (knob, _)): (&f64, &(BulkKnob, f64))| step.abs() <= CLOSE * lab.range(*knob).1;
+            (same && steps.iter().zip(knobs).all(close)).then_some(steps)
+        };
+        let kept = || self.changes.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = kept().iter().rev().find_map(|known| Some((Arc::clone(known), steps(known)?)));
+        if let Some((known, steps)) = known {
+            return Some(known.change.moved(&steps));
+        }
+        let change = lab.changed(knobs).ok()?;
+        let mut kept = kept();
+        if kept.len() == KEPT {
+            kept.remove(0);
+        }
+        kept.push(Arc::new(Changed { knobs: knobs.to_vec(), change: change.clone() }));
+        Some(change)
+    }
+
+    /// Smallest and largest value of a knob, and the longest step of a fit.
+    pub(super) fn range(&self, knob: Knob) -> ([f64; 2], f64) {
+        match (knob, &self.lab) {
+            (Knob::Bulk(bulk), Some(lab)) => lab.range(bulk),
+            _ => knob.range(),
+        }
+    }
+
+    /// Laws that are not linear; none where the elements have no answer.
+    pub(super) fn shelf(&self) -> Option<&Shelf> {
+        self.fine.get().and_then(Option::as_ref).or(self.rough.as_ref())
+    }
+
+    /// Makes laws that are not linear as good as they can be from here on. Not to be called by several threads at once.
+    pub(super) fn refine(&self) {
+        if self.fine.get().is_none() {
+            let made = Shelf::new(self.settled, &self.tracks, false).ok();
+            self.fine.get_or_init(|| made);
+        }
+    }
+
+    /// Changes of the body.
+    pub(super) fn lab(&self) -> Option<&bulk::Lab<'a>> {
+        self.lab.as_ref()
+    }
+
+    /// Stiffness of every disc of the restraint (N/m).
+    pub(super) fn disc_stiffness(&self, acting: &Acting, at: &DVector<f64>) -> Vec<Dual> {
+        let mut all = vec![Dual::from(0.0); self.body.discs_discs.value.nrows() / 3];
+        for group in self.groups(acting, at) {
+            all[group.discs].fill(group.stiffness);
+        }
+        all
+    }
+
+    fn groups(&self, acting: &Acting, at: &DVector<f64>) -> Vec<Group> {
+        let stiffness = |(p, patch): (usize, &Patch)| match patch.log_stiffness {
+            _ if acting.without.contains(&p) => Dual::from(0.0),
+            Some(i) => variable(at[i], i).exp(),
+            None => Dual::from(patch.stiffness),
+        };
+        let group = |(p, patch)| Group { discs: Patch::clone(patch).discs, stiffness: stiffness((p, patch)) };
+        self.patches.iter().enumerate().map(group).collect()
+    }
+}

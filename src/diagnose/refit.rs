@@ -1,0 +1,212 @@
+//! One reading of the recording, refitted in full: the knobs of some effects together with everything of the baseline,
+//! within bounds; and how well each poke is predicted by the others.
+
+use super::model::{Acting, Model};
+use super::sums::PokeSums;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// A fitted reading.
+#[derive(Debug, Clone)]
+pub(super) struct Fitted {
+    /// What acts.
+    pub acting: Acting,
+    /// Values of all parameters.
+    pub at: DVector<f64>,
+    /// Sums of every poke there, and last of the force between pokes.
+    pub parts: Vec<PokeSums>,
+    /// Sum of squares over the effective noise, the elements' shares at their price.
+    pub cost: f64,
+}
+
+/// Longest step of the baseline's logarithms, and of a shift (m).
+const LONGEST: [f64; 2] = [0.5, 2e-3];
+
+/// Farthest that a patch may go from where the baseline has it (m): beyond, its compliance is no longer known.
+const FARTHEST_M: f64 = 5e-3;
+
+/// Largest share of what finer elements change.
+const MOST_FINER: f64 = 3.0;
+
+/// A step that lowers the sum of squares by less than this changes nothing by more than a tenth of its deviation.
+const GOOD_ENOUGH: f64 = 1e-2;
+
+impl Fitted {
+    pub(super) fn new(model: &Model<'_>, acting: &Acting, at: DVector<f64>) -> Option<Self> {
+        let parts = model.sums(acting, &at)?;
+        let price: f64 = model.prior_precision(acting).iter().zip(at.iter()).map(|(w, x)| w * x * x).sum();
+        let cost = parts.iter().map(|p| p.cost).sum::<f64>() + price;
+        cost.is_finite().then(|| Self { acting: acting.clone(), at, parts, cost })
+    }
+
+    /// The pokes' sums.
+    pub(super) fn pokes(&self) -> &[PokeSums] {
+        &self.parts[..self.parts.len() - 1]
+    }
+
+    /// `JᵀJ` and `Jᵀr` of everything but one poke, with what is known beforehand.
+    pub(super) fn equations(
+        &self,
+        model: &Model<'_>,
+        without: Option<usize>,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let prior = model.prior_precision(&self.acting);
+        let mut normal = DMatrix::from_diagonal(&prior);
+        let mut gradient = -prior.component_mul(&self.at);
+        for (_, sums) in self.parts.iter().enumerate().filter(|(i, _)| Some(*i) != without) {
+            normal += &sums.normal;
+            gradient += &sums.gradient;
+        }
+        (normal, gradient)
+    }
+
+    /// Sum of squares over the stated noise of all rows in pokes.
+    pub(super) fn chi2(&self) -> f64 {
+        self.pokes().iter().flat_map(|p| p.chi2).sum()
+    }
+
+    /// Sum of squares of everything that the model predicts, over the effective noise.
+    pub(super) fn signal(&self, model: &Model<'_>) -> f64 {
+        let first_share = self.at.len() - 2 * model.body.sites;
+        self.pokes().iter().map(|p| p.normal.diagonal().rows(first_share, 2 * model.body.sites).sum()).sum()
+    }
+
+    /// Number of values in pokes.
+    pub(super) fn values(&self) -> usize {
+        self.pokes().iter().map(|p| p.values).sum()
+    }
+
+    /// Covariance of all parameters; `None` when a direction is not determined. Those that stay have no variance.
+    pub(super) fn covariance(&self, model: &Model<'_>) -> Option<DMatrix<f64>> {
+        let (normal, _) = self.equations(model, None);
+        let n = normal.nrows();
+        let free: Vec<usize> = (0..n).filter(|&i| !model.frozen(&self.acting, i)).collect();
+        let scale: Vec<f64> =
+            free.iter().map(|&i| normal[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+        let scaled =
+            DMatrix::from_fn(free.len(), free.len(), |a, b| normal[(free[a], free[b])] * scale[a] * scale[b]);
+        let inverse = scaled.cholesky()?.inverse();
+        let mut covariance = DMatrix::zeros(n, n);
+        for (a, &i) in free.iter().enumerate() {
+            for (b, &j) in free.iter().enumerate() {
+                covariance[(i, j)] = inverse[(a, b)] * scale[a] * scale[b];
+            }
+        }
+        Some(covariance)
+    }
+
+    /// Parameters fitted to all pokes but one (one step from the fit to all of them).
+    pub(super) fn without(&self, model: &Model<'_>, poke: usize) -> Option<DVector<f64>> {
+        let (normal, gradient) = self.equations(model, Some(poke));
+        Some(&self.at + bounded_step(model, self, &normal, &gradient, 1e-9)?.step)
+    }
+
+    /// Sum of squares over the stated noise of every poke, predicted by a fit to the others.
+    pub(super) fn held_out(&self, model: &Model<'_>) -> Option<Vec<f64>> {
+        (0..model.tracks.len())
+            .into_par_iter()
+            .map(|poke| {
+                let at = self.without(model, poke)?;
+                let marched = model.march(&self.acting, &at)?;
+                Some(model.track_sums(&marched, &at, &model.tracks[poke]).chi2.iter().sum())
+            })
+            .collect()
+    }
+
+    /// By how much the sum of squares would fall in one step from here.
+    pub(super) fn promised(&self, model: &Model<'_>) -> f64 {
+        let (normal, gradient) = self.equations(model, None);
+        bounded_step(model, self, &normal, &gradient, 1e-6).map_or(0.0, |s| s.promised)
+    }
+}
+
+/// Fits from `start` (Levenberg–Marquardt, Nielsen 1999), so many steps at most; parameters on a bound that want beyond it
+/// stay there.
+pub(super) fn descend(
+    model: &Model<'_>,
+    acting: &Acting,
+    start: DVector<f64>,
+    steps: usize,
+) -> Option<Fitted> {
+    let mut fitted = Fitted::new(model, acting, start)?;
+    let (mut damping, mut growth) = (1e-4, 2.0);
+    for _ in 0..steps {
+        let (normal, gradient) = fitted.equations(model, None);
+        let Some(Step { step, promised }) = bounded_step(model, &fitted, &normal, &gradient, damping) else {
+            break;
+        };
+        if promised < GOOD_ENOUGH {
+            break;
+        }
+        match Fitted::new(model, acting, &fitted.at + &step) {
+            Some(tried) if tried.cost < fitted.cost => {
+                let ratio = (fitted.cost - tried.cost) / promised;
+                damping = (damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0)).max(1e-12);
+                growth = 2.0;
+                fitted = tried;
+            }
+            _ => {
+                damping *= growth;
+                growth *= 2.0;
+                if damping > 1e6 {
+                    break;
+                }
+            }
+        }
+    }
+    Some(fitted)
+}
+
+/// A step, and by how much it would lower the sum of squares were everything linear.
+struct Step {
+    step: DVector<f64>,
+    promised: f64,
+}
+
+/// A damped step within a box: no parameter goes farther than its longest step, or beyond its bounds. Those that would are
+/// put on the edge, and the others answer to that.
+fn bounded_step(
+    model: &Model<'_>,
+    fitted: &Fitted,
+    normal: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
+) -> Option<Step> {
+    let n = gradient.len();
+    let edges = |i: usize| -> [f64; 2] {
+        let (bounds, longest) = match i.checked_sub(model.base()).map(|k| fitted.acting.knobs.get(k)) {
+            Some(Some(knob)) => model.range(*knob),
+            Some(None) => return [f64::NEG_INFINITY, f64::INFINITY],
+            None if model.is_finer(i) => ([-MOST_FINER, MOST_FINER], 1.0),
+            None if i < model.logarithms() => ([f64::NEG_INFINITY, f64::INFINITY], LONGEST[0]),
+            None => ([-FARTHEST_M, FARTHEST_M], LONGEST[1]),
+        };
+        [(bounds[0] - fitted.at[i]).max(-longest).min(0.0), (bounds[1] - fitted.at[i]).min(longest).max(0.0)]
+    };
+    let mut free: Vec<usize> = (0..n).filter(|&i| !model.frozen(&fitted.acting, i)).collect();
+    let mut step = DVector::zeros(n);
+    loop {
+        let pull = gradient - normal * &step;
+        let scale: Vec<f64> =
+            free.iter().map(|&i| normal[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+        let matrix = DMatrix::from_fn(free.len(), free.len(), |a, b| {
+            let raise = if a == b { damping } else { 0.0 };
+            normal[(free[a], free[b])] * scale[a] * scale[b] + raise
+        });
+        let right = DVector::from_fn(free.len(), |a, _| pull[free[a]] * scale[a]);
+        let solved = matrix.cholesky()?.solve(&right);
+        let wanted: Vec<(usize, f64)> =
+            free.iter().enumerate().map(|(a, &i)| (i, solved[a] * scale[a])).collect();
+        let beyond = |&(i, to): &(usize, f64)| to < edges(i)[0] || to > edges(i)[1];
+        if !wanted.iter().any(beyond) {
+            wanted.iter().for_each(|&(i, to)| step[i] = to);
+            let promised = 2.0 * step.dot(gradient) - (normal * &step).dot(&step);
+            return Some(Step { step, promised });
+        }
+        for &(i, to) in wanted.iter().filter(|w| beyond(w)) {
+            let [low, high] = edges(i);
+            step[i] = to.clamp(low, high);
+            free.retain(|&f| f != i);
+        }
+    }
+}

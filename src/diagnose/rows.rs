@@ -1,0 +1,175 @@
+//! Rows of the recording against the model: residuals with their derivatives, over the noise.
+
+use super::camera::{between, shown};
+use super::dual::{Dual, gradient, with_gradient};
+use super::extra::Depth;
+use super::model::{Marched, Model};
+use super::sums::PokeSums;
+use super::track::{Frame, Track};
+use nalgebra::{DMatrix, DVector};
+
+impl Model<'_> {
+    /// Sums of one poke.
+    pub(super) fn track_sums(&self, marched: &Marched<'_>, at: &DVector<f64>, track: &Track) -> PokeSums {
+        let (fitted, sites) = (marched.fitted, self.body.sites);
+        let mut sums = PokeSums::empty(at.len());
+        let share = [fitted + track.site, fitted + sites + track.site];
+        let shares = share.map(|i| at[i]);
+        for counts in [true, false] {
+            let rows = self.force_rows(track, marched, shares[0], counts);
+            sums.add(&rows, 0, share[0], self.correlation.force, counts);
+        }
+        for frame in &track.frames {
+            let counts = track.counts_at(frame.time_s);
+            if let Some(rows) = self.marker_rows(track, frame, marched, shares[1]) {
+                sums.add(&rows, 1, share[1], 1.0, counts);
+            }
+        }
+        sums
+    }
+
+    /// Columns `[J | share | residual]` of the force rows that count, or of those that do not, over the noise.
+    pub(super) fn force_rows(
+        &self,
+        track: &Track,
+        marched: &Marched<'_>,
+        share: f64,
+        counts: bool,
+    ) -> DMatrix<f64> {
+        let Marched { rows, effects, fitted, .. } = marched;
+        let fitted = *fitted;
+        let chosen: Vec<usize> = (0..track.time_s.len()).filter(|&i| track.counts[i] == counts).collect();
+        let mut out = DMatrix::zeros(3 * chosen.len(), fitted + 2);
+        for (n, &row) in chosen.iter().enumerate() {
+            let more = self.force_added(track, marched, row);
+            for axis in 0..3 {
+                let model = (rows.force[track.first_row + row][axis] + more[axis]) * effects.gain[axis];
+                let besides = effects.drift_n_per_s[axis] * track.time_s[row];
+                let all = model * (1.0 + share) + besides;
+                let sd = self.force_sd[axis];
+                let slope = gradient(&all, fitted);
+                for i in 0..fitted {
+                    out[(3 * n + axis, i)] = slope[i] / sd;
+                }
+                out[(3 * n + axis, fitted)] = model.re / sd;
+                out[(3 * n + axis, fitted + 1)] = (track.force_n[row][axis] - all.re) / sd;
+            }
+        }
+        out
+    }
+
+    /// What a law that is not linear adds to the force (N) of a track at one row of it.
+    pub(super) fn force_added(&self, track: &Track, marched: &Marched<'_>, row: usize) -> [Dual; 3] {
+        self.added(marched, track.index, track.first_row + row).0
+    }
+
+    /// What a law that is not linear adds at one row of a march, as for this track: force (N) and, where it adds anything,
+    /// markers (m).
+    pub(super) fn added(
+        &self,
+        marched: &Marched<'_>,
+        track: usize,
+        row: usize,
+    ) -> ([Dual; 3], Option<DVector<f64>>) {
+        let (Some((extra, modulus)), Some(shelf)) = (&marched.extra, self.shelf()) else {
+            return ([Dual::from(0.0); 3], None);
+        };
+        let all = shelf.at(extra, track, &marched.rows.depth[row], modulus.re, marched.fitted);
+        let force = std::array::from_fn(|axis| {
+            let by: Vec<(usize, f64)> = (0..marched.fitted).map(|p| (p, all[(axis, 1 + p)])).collect();
+            with_gradient(all[(axis, 0)], &by) * *modulus
+        });
+        (force, Some(all.column(0).rows(3, all.nrows() - 3).into_owned()))
+    }
+
+    /// Columns `[J | share | residual]` of one frame's markers, over the noise; what the camera's sway may have moved
+    /// together weighs less.
+    pub(super) fn marker_rows(
+        &self,
+        track: &Track,
+        frame: &Frame,
+        marched: &Marched<'_>,
+        share: f64,
+    ) -> Option<DMatrix<f64>> {
+        let Marched { rows, body, effects, turn, fitted, .. } = marched;
+        let fitted = *fitted;
+        let ([left, right], s) = shown(&track.time_s, effects.lag_s, frame.time_s)?;
+        let [a, b] = [left, right].map(|row| &rows.loads[track.first_row + row]);
+        let load = DVector::from_fn(a.len(), |i, _| between(a[i], b[i], s));
+        // Loads with their derivatives → displacements with theirs: one product.
+        let mut columns = DMatrix::zeros(load.len(), fitted + 1);
+        for (i, l) in load.iter().enumerate() {
+            columns[(i, 0)] = l.re;
+            let slope = gradient(l, fitted);
+            for j in 0..fitted {
+                columns[(i, 1 + j)] = slope[j];
+            }
+        }
+        let mut u = &body.markers.value * &columns;
+        for (p, change) in &body.markers.by {
+            let mut column = u.column_mut(1 + p);
+            column.gemv(1.0, change, &columns.column(0), 1.0);
+        }
+        if let Some((extra, modulus)) = &marched.extra {
+            let [a, b] = [left, right].map(|row| rows.depth[track.first_row + row]);
+            let depth = Depth { now: between(a.now, b.now, s), deepest: between(a.deepest, b.deepest, s) };
+            let more = self.shelf()?.at(extra, track.index, &depth, modulus.re, fitted);
+            u += more.rows(3, u.nrows());
+        }
+        // Derivatives of the camera's matrix: column, parameter, value.
+        let turning: [Vec<(usize, usize, f64)>; 3] = [0, 1, 2].map(|axis: usize| {
+            let by = |k: usize| gradient(&turn[axis][k], fitted);
+            let all =
+                (0..3).flat_map(|k| by(k).iter().enumerate().map(|(j, s)| (k, j, *s)).collect::<Vec<_>>());
+            all.filter(|(.., slope)| *slope != 0.0).collect()
+        });
+        let seen = &frame.seen;
+        let mut out = DMatrix::zeros(3 * seen.len(), fitted + 2);
+        for (n, (marker, moved)) in seen.iter().enumerate() {
+            let own = u.fixed_rows::<3>(3 * marker);
+            for axis in 0..3 {
+                let row = 3 * n + axis;
+                let sd = self.marker_sd[*marker][axis];
+                let mut value = 0.0;
+                for k in 0..3 {
+                    let t = &turn[axis][k];
+                    value += t.re * own[(k, 0)];
+                    for j in 0..fitted {
+                        out[(row, j)] += t.re * own[(k, 1 + j)];
+                    }
+                }
+                for &(k, j, slope) in &turning[axis] {
+                    out[(row, j)] += slope * own[(k, 0)];
+                }
+                for j in 0..fitted {
+                    out[(row, j)] *= (1.0 + share) / sd;
+                }
+                out[(row, fitted)] = value / sd;
+                out[(row, fitted + 1)] = (moved[axis] - value * (1.0 + share)) / sd;
+            }
+        }
+        self.take_off_sway(&mut out);
+        Some(out)
+    }
+
+    /// Whitens rows of one frame against a common motion along each axis.
+    fn take_off_sway(&self, rows: &mut DMatrix<f64>) {
+        let n = rows.nrows() / 3;
+        for axis in 0..3 {
+            let sway = self.correlation.sway_m2[axis];
+            if sway == 0.0 || n == 0 {
+                continue;
+            }
+            // Covariance 1 + (S/σ²) 1ᵀ1 per row: the square root of its inverse takes this share of the mean off.
+            let sd = self.marker_sd[0][axis];
+            let off = 1.0 - (1.0 + n as f64 * sway * SWAY_FRAMES / (sd * sd)).sqrt().recip();
+            for mut column in rows.column_iter_mut() {
+                let mean = (0..n).map(|i| column[3 * i + axis]).sum::<f64>() / n as f64;
+                (0..n).for_each(|i| column[3 * i + axis] -= off * mean);
+            }
+        }
+    }
+}
+
+/// Frames over which the camera's sway is taken to last.
+const SWAY_FRAMES: f64 = 20.0;

@@ -1,0 +1,164 @@
+//! The diagnosis of a recording, step by step.
+//!
+//! 1. The baseline: the default fit, then all rows in time under the same model.
+//! 2. Every entry of the catalogue at first order; the best refitted in full; one by one, as long as they earn it
+//!    ([`select`](super::select)).
+//! 3. Is there a mismatch at all, where, and does what was chosen leave only noise?
+//! 4. How surely ([`verdict`](super::verdict)).
+
+use super::curves::curves;
+use super::diagnosis::{Candidate, Diagnosis, Estimate, Mismatch, NextPoke, Progress, Reading, Settings};
+use super::error::DiagnoseError;
+use super::left::Left;
+use super::model::Model;
+use super::next_poke::next_poke;
+use super::parameters::parameters;
+use super::place::{parts, region};
+use super::refit::Fitted;
+use super::select::{Selection, select};
+use super::verdict::{Judged, judge};
+use crate::inverse::{self, InverseError, Settled, settled};
+use crate::observation::Recording;
+
+/// Diagnoses `recording`.
+///
+/// # Errors
+/// [`DiagnoseError::Baseline`] where the recording cannot be fitted, and what this room cannot diagnose.
+pub fn diagnose(
+    recording: &Recording,
+    settings: &Settings,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Diagnosis, DiagnoseError> {
+    // Both the fit and what follows it report.
+    let shared = std::cell::RefCell::new(progress);
+    let with = |fit: &inverse::Settings| {
+        settled(recording, fit, &mut |p| shared.borrow_mut()(Progress::Fitting(p)), |found| {
+            diagnosed(recording, found, settings, &mut |p| shared.borrow_mut()(p))
+        })
+    };
+    match with(&settings.fit) {
+        // A model that is wrong may keep the fit from coming to rest on the finest elements; the given mesh shows what is
+        // wrong as well.
+        Err(DiagnoseError::Baseline(InverseError::NotConverged { .. })) if !settings.fit.quick => {
+            with(&inverse::Settings { quick: true, ..settings.fit })
+        }
+        other => other,
+    }
+}
+
+fn diagnosed(
+    recording: &Recording,
+    found: &Settled<'_>,
+    settings: &Settings,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Diagnosis, DiagnoseError> {
+    let model = Model::new(found)?;
+    if model.tracks.len() < 2 {
+        return Err(DiagnoseError::TooFewPokes { pokes: model.tracks.len() });
+    }
+    progress(Progress::Screening);
+    let selection = select(&model, &mut |done, of| progress(Progress::Refitting { done, of }))
+        .ok_or(DiagnoseError::Singular)?;
+    let chosen = selection.chosen.map_or(&selection.base, |i| &selection.tried[i].fitted);
+    let before = left(&model, &selection.base)?;
+    let after = left(&model, chosen)?;
+    let judged = judge(&model, &selection, &before, &after, settings.false_alarm);
+    // What is not blamed does not extend the baseline either.
+    let extended = if judged.verdict.physics.is_empty() { &selection.base } else { chosen };
+    let (channels, pokes, phases) = if judged.detected { parts(&model, &before) } else { Default::default() };
+    let covariance = extended.covariance(&model);
+    Ok(Diagnosis {
+        recording: recording.name.clone(),
+        mismatch: Mismatch {
+            detected: judged.detected,
+            p_value: judged.p_value,
+            channels,
+            pokes,
+            phases,
+            region: judged.detected.then(|| region(&model, &before)).flatten(),
+            properties: judged.properties.clone(),
+        },
+        parameters: parameters(&model, extended, covariance.as_ref(), &judged.verdict.physics),
+        candidates: candidates(&model, &selection, &judged),
+        baseline: reading(&model, found, &selection.base)?,
+        extended: reading(&model, found, extended)?,
+        next_poke: next(&model, &selection, &judged),
+        curves: curves(&model, &selection.base, extended),
+        remarks: judged.remarks.clone(),
+        verdict: judged.verdict,
+    })
+}
+
+/// The poke that tells the reading chosen from what comes closest, while that is not settled.
+fn next(model: &Model<'_>, selection: &Selection, judged: &Judged) -> Option<NextPoke> {
+    let chosen = selection.chosen.map(|i| &selection.tried[i])?;
+    if judged.verdict.ambiguous_with.is_empty()
+        && !judged.verdict.unexplained
+        && judged.verdict.confidence > SURE
+    {
+        return None;
+    }
+    let closest = selection
+        .tried
+        .iter()
+        .filter(|t| t.physics != chosen.physics)
+        .min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+    let other = closest.map_or((&[][..], &selection.base), |t| (&t.physics[..], &t.fitted));
+    next_poke(model, (&chosen.physics, &chosen.fitted), other)
+}
+
+/// Confidence beyond which no further poke is asked for.
+const SURE: f64 = 0.95;
+
+fn left(model: &Model<'_>, fitted: &Fitted) -> Result<Left, DiagnoseError> {
+    Left::of(model, &fitted.acting, &fitted.at).ok_or(DiagnoseError::Singular)
+}
+
+/// How well a fit explains the recording. The modulus carries what the elements get wrong of it.
+fn reading(model: &Model<'_>, found: &Settled<'_>, fitted: &Fitted) -> Result<Reading, DiagnoseError> {
+    let covariance = fitted.covariance(model).ok_or(DiagnoseError::Singular)?;
+    let parameters = fitted.at.len() - 2 * model.body.sites;
+    let held_out = fitted.held_out(model).ok_or(DiagnoseError::Singular)?;
+    let value = fitted.at[0].exp();
+    let excess = (fitted.chi2() / fitted.values() as f64).max(1.0);
+    let relative = (covariance[(0, 0)] * excess + found.modulus_error()?.powi(2)).sqrt();
+    Ok(Reading {
+        young_modulus_pa: Estimate { value, sd: value * relative },
+        restraint_total_n_per_m: model.springs_n_per_m(&fitted.acting, &fitted.at),
+        chi2_per_dof: fitted.chi2() / fitted.values().saturating_sub(parameters).max(1) as f64,
+        held_out_chi2_per_dof: held_out.iter().sum::<f64>() / fitted.values().max(1) as f64,
+    })
+}
+
+/// Everything tried, the best first: what was refitted, then what a look at first order ruled out.
+fn candidates(model: &Model<'_>, selection: &Selection, judged: &Judged) -> Vec<Candidate> {
+    let base = selection.base.cost;
+    let mut refitted: Vec<Candidate> = Vec::new();
+    for (i, tried) in selection.tried.iter().enumerate() {
+        let gain = base - tried.fitted.cost;
+        let held_out = tried.fitted.held_out(model);
+        let selected = Some(i) == selection.chosen && !judged.verdict.physics.is_empty();
+        refitted.push(Candidate {
+            physics: tried.physics.clone(),
+            score: gain,
+            held_out_chi2_per_dof: held_out
+                .map(|h| h.iter().sum::<f64>() / tried.fitted.values().max(1) as f64),
+            selected,
+            why: judged.why(selection, i),
+        });
+    }
+    refitted.sort_by(|a, b| b.selected.cmp(&a.selected).then(b.score.total_cmp(&a.score)));
+    for screened in &selection.screened {
+        let physics = vec![screened.start.physics];
+        if refitted.iter().all(|c| c.physics != physics) {
+            refitted.push(Candidate {
+                physics,
+                score: screened.gain,
+                held_out_chi2_per_dof: None,
+                selected: false,
+                why: "at first order it explains too little to be refitted".to_owned(),
+            });
+        }
+    }
+    refitted
+}

@@ -1,0 +1,293 @@
+//! Many small changes of the body, each judged in a millisecond: by how much would it lower the sum of squares?
+//!
+//! Without memory, what is read in a poke is in proportion to the tip's displacement: `F = E k x`, `u = m x`, one 3 × 3 and
+//! one 3 markers × 3 matrix a site. A change of the body changes them by `δk`, `δm`; all rows enter through `Σ x xᵀ` and
+//! `Σ r xᵀ`, and the part that modulus, patches and the elements' shares can absorb is projected out.
+
+use super::body::Body;
+use super::bulk::BodyChange;
+use super::dual::{Dual, DualSolver, Field, gradient};
+use super::model::Model;
+use super::refit::Fitted;
+use nalgebra::{DMatrix, DVector, Matrix3};
+
+/// What is read per displacement of the tip at every site: force (3 × 3, N/m), markers (3 markers × 3).
+#[derive(Debug, Clone)]
+struct Maps(Vec<(Matrix3<f64>, DMatrix<f64>)>);
+
+/// Sums of one site.
+struct Site {
+    /// `Σ x xᵀ` over the force's rows and over frames (m²).
+    drive: [Matrix3<f64>; 2],
+    /// `Σ r xᵀ`: force (N m), markers (m²).
+    cross: (Matrix3<f64>, DMatrix<f64>),
+}
+
+/// A fitted reading, ready to be asked about changes of the body.
+pub(super) struct Scan {
+    modulus: f64,
+    /// `k/E` of every disc (1/m).
+    discs: Vec<f64>,
+    body: Body,
+    maps: Maps,
+    sites: Vec<Site>,
+    /// Inverse variance of each force component (1/N²) and marker component (1/m²).
+    weight: ([f64; 3], Vec<f64>),
+    columns: Vec<Maps>,
+    /// Inverse of the normal matrix of the columns, and their product with the residual.
+    covariance: DMatrix<f64>,
+    pull: DVector<f64>,
+}
+
+impl Scan {
+    /// Of a fitted reading. `None` where the body has no answer.
+    pub(super) fn new(model: &Model<'_>, fitted: &Fitted) -> Option<Self> {
+        let marched = model.march(&fitted.acting, &fitted.at)?;
+        let fittable = model.base();
+        let modulus = fitted.at[0].exp();
+        let stiffness = model.disc_stiffness(&fitted.acting, &fitted.at);
+        let sites = sites(model, fitted, &marched);
+        let body = marched.body;
+        let discs: Vec<f64> = stiffness.iter().map(|k| k.re / modulus).collect();
+        let maps = maps(&Compliance::of(&body), &discs, modulus)?;
+        let markers = model.marker_sd.iter().flat_map(|sd| sd.map(|s| s.powi(-2))).collect();
+        let weight = (model.force_sd.map(|s| s.powi(-2) / model.correlation.force), markers);
+        let mut columns = derivatives(&body, &stiffness, fitted.at[0], fittable)?;
+        let all = model.prior_precision(&fitted.acting);
+        let mut prior: Vec<f64> = all.iter().take(columns.len()).copied().collect();
+        let first_share = fitted.at.len() - 2 * body.sites;
+        for share in 0..2 * body.sites {
+            columns.push(maps.share(share % body.sites, share / body.sites));
+            prior.push(all[first_share + share]);
+        }
+        // Patches that are left out have columns of zeros.
+        let frozen = (0..fittable).map(|i| model.frozen(&fitted.acting, i)).chain(std::iter::repeat(false));
+        prior.iter_mut().zip(frozen).filter(|(_, frozen)| *frozen).for_each(|(p, _)| *p = 1.0);
+        let mut scan = Self {
+            modulus,
+            discs,
+            body,
+            maps,
+            sites,
+            weight,
+            columns,
+            covariance: DMatrix::zeros(0, 0),
+            pull: DVector::zeros(0),
+        };
+        let n = scan.columns.len();
+        let mut normal = DMatrix::from_diagonal(&DVector::from_vec(prior));
+        for i in 0..n {
+            for j in 0..=i {
+                let product = scan.product(&scan.columns[i], &scan.columns[j]);
+                normal[(i, j)] += product;
+                if i != j {
+                    normal[(j, i)] += product;
+                }
+            }
+        }
+        // Scaled, as moduli, metres and shares differ by orders.
+        let scale = normal.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt().recip());
+        let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);
+        let inverse = (scaled + DMatrix::identity(n, n) * 1e-10).cholesky()?.inverse();
+        scan.covariance = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+        scan.pull = DVector::from_fn(n, |i, _| scan.with_residual(&scan.columns[i]));
+        Some(scan)
+    }
+
+    /// By how much the sum of squares falls with the best positive amount of this change. `None` where the changed body has
+    /// no answer.
+    pub(super) fn gain(&self, change: &BodyChange) -> Option<f64> {
+        let sum = |own: &Field, more: &Field| &own.value + &more.value;
+        let changed = Compliance {
+            tips_tips: &sum(&self.body.tips_tips, &change.tips_tips),
+            discs_tips: &sum(&self.body.discs_tips, &change.discs_tips),
+            discs_discs: &sum(&self.body.discs_discs, &change.discs_discs),
+            markers: &sum(&self.body.markers, &change.markers),
+        };
+        let column = maps(&changed, &self.discs, self.modulus)?.less(&self.maps);
+        let with_columns =
+            DVector::from_fn(self.columns.len(), |i, _| self.product(&column, &self.columns[i]));
+        let absorbed = &self.covariance * &with_columns;
+        let pull = self.with_residual(&column) - absorbed.dot(&self.pull);
+        let size = self.product(&column, &column) - absorbed.dot(&with_columns);
+        (size > 0.0).then(|| pull.max(0.0).powi(2) / size)
+    }
+
+    fn product(&self, a: &Maps, b: &Maps) -> f64 {
+        let mut sum = 0.0;
+        for ((a, b), site) in a.0.iter().zip(&b.0).zip(&self.sites) {
+            for axis in 0..3 {
+                sum += self.weight.0[axis] * (a.0.row(axis) * site.drive[0] * b.0.row(axis).transpose())[0];
+            }
+            let driven = &a.1 * site.drive[1];
+            for (row, weight) in self.weight.1.iter().enumerate() {
+                sum += weight * driven.row(row).dot(&b.1.row(row));
+            }
+        }
+        sum
+    }
+
+    fn with_residual(&self, a: &Maps) -> f64 {
+        let mut sum = 0.0;
+        for (a, site) in a.0.iter().zip(&self.sites) {
+            for axis in 0..3 {
+                sum += self.weight.0[axis] * a.0.row(axis).dot(&site.cross.0.row(axis));
+            }
+            for (row, weight) in self.weight.1.iter().enumerate() {
+                sum += weight * a.1.row(row).dot(&site.cross.1.row(row));
+            }
+        }
+        sum
+    }
+}
+
+impl Maps {
+    fn less(&self, other: &Self) -> Self {
+        Self(self.0.iter().zip(&other.0).map(|(a, b)| (a.0 - b.0, &a.1 - &b.1)).collect())
+    }
+
+    /// Only the force (0) or the markers (1) of one site.
+    fn share(&self, site: usize, channel: usize) -> Self {
+        let only = |(i, (force, markers)): (usize, &(Matrix3<f64>, DMatrix<f64>))| {
+            let keep = |c: usize| f64::from(u8::from(i == site && c == channel));
+            (force * keep(0), markers * keep(1))
+        };
+        Self(self.0.iter().enumerate().map(only).collect())
+    }
+}
+
+/// Values of a [`Body`].
+struct Compliance<'a> {
+    tips_tips: &'a DMatrix<f64>,
+    discs_tips: &'a DMatrix<f64>,
+    discs_discs: &'a DMatrix<f64>,
+    markers: &'a DMatrix<f64>,
+}
+
+impl<'a> Compliance<'a> {
+    fn of(body: &'a Body) -> Self {
+        Self {
+            tips_tips: &body.tips_tips.value,
+            discs_tips: &body.discs_tips.value,
+            discs_discs: &body.discs_discs.value,
+            markers: &body.markers.value,
+        }
+    }
+}
+
+/// Readings per displacement of the tip; unknowns are the tip's force and the discs' displacements.
+fn maps(body: &Compliance<'_>, discs: &[f64], modulus: f64) -> Option<Maps> {
+    let (a, b, d) = (body.tips_tips, body.discs_tips, body.discs_discs);
+    let (n, sites) = (d.nrows(), a.nrows() / 3);
+    let one = |site: usize| {
+        let s = 3 * site;
+        let mut matrix = DMatrix::zeros(3 + n, 3 + n);
+        matrix.view_mut((0, 0), (3, 3)).copy_from(&a.view((s, s), (3, 3)));
+        for j in 0..n {
+            for i in 0..3 {
+                matrix[(3 + j, i)] = -b[(j, s + i)];
+                matrix[(i, 3 + j)] = -b[(j, s + i)] * discs[j / 3];
+            }
+            for i in 0..n {
+                matrix[(3 + i, 3 + j)] = d[(i, j)] * discs[j / 3];
+            }
+            matrix[(3 + j, 3 + j)] += 1.0;
+        }
+        let mut right = DMatrix::zeros(3 + n, 3);
+        right.fill_diagonal(1.0);
+        let solved = matrix.lu().solve(&right)?;
+        let force = solved.fixed_view::<3, 3>(0, 0).into_owned();
+        let force_by_axis = DMatrix::from_column_slice(3, 3, force.as_slice());
+        let mut markers: DMatrix<f64> = body.markers.columns(s, 3) * force_by_axis;
+        let pull = DMatrix::from_fn(n, 3, |j, axis| -discs[j / 3] * solved[(3 + j, axis)]);
+        markers += body.markers.columns(3 * sites, n) * pull;
+        Some((force * modulus, markers))
+    };
+    (0..sites).map(one).collect::<Option<_>>().map(Maps)
+}
+
+/// Derivatives of the maps by the baseline's parameters.
+fn derivatives(body: &Body, stiffness: &[Dual], log_modulus: f64, parameters: usize) -> Option<Vec<Maps>> {
+    let (a, b, d) = (body.tips_tips.dual(), body.discs_tips.dual(), body.discs_discs.dual());
+    let n = d.nrows();
+    let modulus = num_dual::DualNum::exp(&super::dual::variable(log_modulus, 0));
+    let discs: Vec<Dual> = stiffness.iter().map(|k| *k / modulus).collect();
+    let mut columns = vec![Maps(Vec::new()); parameters];
+    for site in 0..body.sites {
+        let s = 3 * site;
+        let matrix = DMatrix::from_fn(3 + n, 3 + n, |i, j| match (i.checked_sub(3), j.checked_sub(3)) {
+            (None, None) => a[(s + i, s + j)],
+            (Some(i), None) => -b[(i, s + j)],
+            (None, Some(j)) => -b[(j, s + i)] * discs[j / 3],
+            (Some(i), Some(j)) => d[(i, j)] * discs[j / 3] + f64::from(u8::from(i == j)),
+        });
+        let solver = DualSolver::new(matrix)?;
+        let mut by = vec![(Matrix3::zeros(), DMatrix::zeros(body.markers.value.nrows(), 3)); parameters];
+        for axis in 0..3 {
+            let right = DVector::from_fn(3 + n, |i, _| Dual::from(f64::from(u8::from(i == axis))));
+            let solved = solver.solve(&right)?;
+            let mut loads = vec![Dual::from(0.0); body.markers.value.ncols()];
+            for i in 0..3 {
+                loads[s + i] = solved[i];
+                let force = gradient(&(solved[i] * modulus), parameters);
+                for (p, (k, _)) in by.iter_mut().enumerate() {
+                    k[(i, axis)] = force[p];
+                }
+            }
+            for j in 0..n {
+                loads[3 * body.sites + j] = -solved[3 + j] * discs[j / 3];
+            }
+            let plain = DVector::from_iterator(loads.len(), loads.iter().map(|l| l.re));
+            let slopes: Vec<DVector<f64>> = loads.iter().map(|l| gradient(l, parameters)).collect();
+            for (p, (_, markers)) in by.iter_mut().enumerate() {
+                let slope = DVector::from_iterator(loads.len(), slopes.iter().map(|s| s[p]));
+                markers.set_column(axis, &(&body.markers.value * slope));
+            }
+            for (p, change) in body.markers.by.iter().filter(|(p, _)| *p < parameters) {
+                let mut column = by[*p].1.column_mut(axis);
+                column.gemv(1.0, change, &plain, 1.0);
+            }
+        }
+        columns.iter_mut().zip(by).for_each(|(maps, one)| maps.0.push(one));
+    }
+    Some(columns)
+}
+
+/// Sums over the rows that count.
+fn sites(model: &Model<'_>, fitted: &Fitted, marched: &super::model::Marched) -> Vec<Site> {
+    let markers = 3 * model.marker_sd.len();
+    let none =
+        || Site { drive: [Matrix3::zeros(); 2], cross: (Matrix3::zeros(), DMatrix::zeros(markers, 3)) };
+    let mut sites: Vec<Site> = (0..model.body.sites).map(|_| none()).collect();
+    for track in &model.tracks {
+        let share = |channel: usize| fitted.at[marched.fitted + channel * model.body.sites + track.site];
+        let site = &mut sites[track.site];
+        let rows = model.force_rows(track, marched, share(0), true);
+        let counted = (0..track.time_s.len()).filter(|&i| track.counts[i]);
+        for (n, row) in counted.enumerate() {
+            let x = track.reported_m[row];
+            site.drive[0] += x * x.transpose();
+            for axis in 0..3 {
+                let left = rows[(3 * n + axis, marched.fitted + 1)] * model.force_sd[axis];
+                for i in 0..3 {
+                    site.cross.0[(axis, i)] += left * x[i];
+                }
+            }
+        }
+        for frame in track.frames.iter().filter(|f| track.counts_at(f.time_s)) {
+            let Some(rows) = model.marker_rows(track, frame, marched, share(1)) else { continue };
+            let right = track.time_s.partition_point(|t| *t < frame.time_s).min(track.time_s.len() - 1);
+            let x = track.reported_m[right];
+            site.drive[1] += x * x.transpose();
+            for (n, (marker, _)) in frame.seen.iter().enumerate() {
+                for axis in 0..3 {
+                    let left = rows[(3 * n + axis, marched.fitted + 1)] * model.marker_sd[*marker][axis];
+                    for i in 0..3 {
+                        site.cross.1[(3 * marker + axis, i)] += left * x[i];
+                    }
+                }
+            }
+        }
+    }
+    sites
+}

@@ -1,0 +1,278 @@
+//! Which effects act: every entry of the catalogue at first order, the best refitted in full, added one by one, and taken
+//! away again where they are not needed.
+
+use super::knob::Knob;
+use super::left::Left;
+use super::model::{Acting, Model};
+use super::physics::Physics;
+use super::refit::{Fitted, descend};
+use super::starts::{Start, ready, starts};
+use super::verdict::beyond_noise;
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+/// One entry after a look at first order.
+#[derive(Debug, Clone)]
+pub(super) struct Screened {
+    /// Where a fit begins.
+    pub start: Start,
+    /// By how much it would lower the sum of squares.
+    pub gain: f64,
+}
+
+/// A set of effects, refitted in full.
+#[derive(Debug, Clone)]
+pub(super) struct Tried {
+    /// What is added to the baseline, in the order in which it was found.
+    pub physics: Vec<Physics>,
+    /// The fit.
+    pub fitted: Fitted,
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub(super) struct Selection {
+    /// The baseline.
+    pub base: Fitted,
+    /// Gain of the best start of every entry over the baseline, at first order; the best first.
+    pub screened: Vec<Screened>,
+    /// Everything refitted, in the order of trying.
+    pub tried: Vec<Tried>,
+    /// Index in `tried` of what is chosen; none: the baseline stays.
+    pub chosen: Option<usize>,
+}
+
+/// Steps of a fit in a look at first order: to the start's own valley, and one by which it is judged.
+const LOOK: usize = 1;
+
+/// Most steps of a refit.
+const REFIT: usize = 25;
+
+/// So many entries are refitted in full in each round, if they promise this share of what the best one does.
+const BEST: usize = 5;
+const PROMISING: f64 = 0.15;
+
+/// Most effects at once.
+const MOST: usize = 3;
+
+/// An effect must lower the sum of squares by this much: what chance does to several parameters once in 10⁴ times, and what
+/// elements do to the instruments' effects.
+const LEAST_GAIN: f64 = 60.0;
+
+/// What is in proportion to the load must explain more than elements may misplace: this share of everything that moves and pulls, on the
+/// given mesh and on one that was brought to its limit.
+const MISPLACED: [f64; 2] = [1e-2, 5e-3];
+
+/// And by this share of what the first one did: what imperfect models of the first leave looks like others.
+const LEAST_SHARE: f64 = 0.02;
+
+/// Entries whose laws are not linear.
+const LARGE: [Physics; 4] =
+    [Physics::FiniteStrain, Physics::StrainStiffening, Physics::StressSoftening, Physics::SelfWeight];
+
+/// A patch whose absence costs less than this was never there.
+const PATCH: f64 = 30.0;
+
+/// Chooses.
+pub(super) fn select(model: &Model<'_>, progress: &mut dyn FnMut(usize, usize)) -> Option<Selection> {
+    let base = descend(model, &Acting::default(), model.start(&[]), REFIT)?;
+    let mut screened = screen(model, &base, &[]);
+    screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    let mut selection = Selection { base, screened: screened.clone(), tried: Vec::new(), chosen: None };
+    for round in 0..MOST {
+        let (current, physics, cost) = match selection.chosen {
+            Some(i) => {
+                let tried = &selection.tried[i];
+                (tried.fitted.clone(), tried.physics.clone(), tried.fitted.cost)
+            }
+            None => (selection.base.clone(), Vec::new(), selection.base.cost),
+        };
+        if round > 0 {
+            screened = screen(model, &current, &physics);
+            screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        }
+        let first_gain = selection.base.cost - cost;
+        let least = |physics: Physics| least(model, &selection.base, physics).max(LEAST_SHARE * first_gain);
+        let best_gain = screened.first().map_or(0.0, |s| s.gain);
+        let promising =
+            |s: &&Screened| s.gain > 0.5 * least(s.start.physics) && s.gain > PROMISING * best_gain;
+        let worth: Vec<&Screened> = screened.iter().filter(promising).collect();
+        let contenders = best_of_each(&worth, BEST);
+        progress(round, contenders.len());
+        // What many threads will ask for is worked out by one.
+        for start in contenders.iter().flatten().map(|s| &s.start).filter(|s| LARGE.contains(&s.physics)) {
+            model.refine();
+            ready(model, &start.knobs);
+        }
+        let refitted: Vec<Tried> = contenders
+            .par_iter()
+            .filter_map(|starts| {
+                let fits = starts.iter().filter_map(|s| {
+                    let (acting, at) = extended(model, &current, &s.start.knobs);
+                    descend(model, &acting, at, REFIT)
+                });
+                let fitted = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+                let mut all = physics.clone();
+                all.push(starts[0].start.physics);
+                Some(Tried { physics: all, fitted })
+            })
+            .collect();
+        let known = selection.tried.len();
+        selection.tried.extend(refitted);
+        let before = current.held_out(model).map(|h| h.iter().sum::<f64>());
+        let earns = |&i: &usize| {
+            let tried = &selection.tried[i];
+            let gain = cost - tried.fitted.cost;
+            tried.physics.last().is_some_and(|physics| gain >= least(*physics))
+                && believed(model, &tried.fitted, before, current.chi2())
+        };
+        let mut by_cost: Vec<usize> = (known..selection.tried.len()).collect();
+        by_cost.sort_by(|&a, &b| selection.tried[a].fitted.cost.total_cmp(&selection.tried[b].fitted.cost));
+        let Some(best) = by_cost.into_iter().find(earns) else { break };
+        let pruned = pruned(model, &selection.tried[best].fitted);
+        selection.tried[best].fitted = pruned;
+        selection.chosen = Some(best);
+        thin(model, &mut selection);
+        if nothing_left(model, &selection)? {
+            break;
+        }
+    }
+    Some(selection)
+}
+
+/// Whether pokes that a fit did not see are predicted better by a good part of what it gains on those that it saw.
+fn believed(model: &Model<'_>, fitted: &Fitted, held_out_before: Option<f64>, chi2_before: f64) -> bool {
+    let after = fitted.held_out(model).map(|h| h.iter().sum::<f64>());
+    let (Some(before), Some(after)) = (held_out_before, after) else { return false };
+    before - after > HELD_OUT_PART * (chi2_before - fitted.chi2())
+}
+
+/// That part.
+const HELD_OUT_PART: f64 = 0.3;
+
+/// What an entry must explain to be believed.
+fn least(model: &Model<'_>, base: &Fitted, physics: Physics) -> f64 {
+    match physics {
+        Physics::Inclusion
+        | Physics::Anisotropy
+        | Physics::PoissonRatio
+        | Physics::BaseDebonding
+        | Physics::CompliantBase
+        | Physics::SelfWeight
+        | Physics::CoarseMesh
+        | Physics::StageCompliance
+        | Physics::ForceGain
+        | Physics::CameraMisalignment
+        | Physics::CameraScale => {
+            let misplaced = MISPLACED[usize::from(!model.settled.settings.quick)];
+            LEAST_GAIN.max(misplaced * misplaced * base.signal(model))
+        }
+        _ => LEAST_GAIN,
+    }
+}
+
+/// Whether the means of the residual are those of noise.
+fn nothing_left(model: &Model<'_>, selection: &Selection) -> Option<bool> {
+    let chosen = &selection.tried[selection.chosen?].fitted;
+    let (beyond, sd) = beyond_noise(&Left::of(model, &chosen.acting, &chosen.at)?);
+    Some(beyond < 2.0 * sd)
+}
+
+/// Takes effects away that the others make superfluous.
+fn thin(model: &Model<'_>, selection: &mut Selection) {
+    loop {
+        let Some(chosen) = selection.chosen.map(|i| selection.tried[i].clone()) else { return };
+        if chosen.physics.len() < 2 {
+            return;
+        }
+        let least = LEAST_GAIN.max(LEAST_SHARE * (selection.base.cost - chosen.fitted.cost));
+        let fewer: Vec<Tried> = chosen
+            .physics
+            .par_iter()
+            .filter_map(|&gone| {
+                let (acting, at) = reduced(model, &chosen.fitted, |knob| knob.physics() != gone);
+                let fitted = descend(model, &acting, at, REFIT)?;
+                let physics = chosen.physics.iter().copied().filter(|p| *p != gone).collect();
+                Some(Tried { physics, fitted })
+            })
+            .collect();
+        let best = fewer.into_iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+        match best {
+            Some(best) if best.fitted.cost - chosen.fitted.cost < least => {
+                selection.tried.push(best);
+                selection.chosen = Some(selection.tried.len() - 1);
+            }
+            _ => return,
+        }
+    }
+}
+
+/// The fit without the patches that it no longer needs.
+fn pruned(model: &Model<'_>, fitted: &Fitted) -> Fitted {
+    let mut best = fitted.clone();
+    for patch in 0..model.patches() {
+        let mut acting = best.acting.clone();
+        if acting.without.contains(&patch) {
+            continue;
+        }
+        acting.without.push(patch);
+        if let Some(tried) = descend(model, &acting, best.at.clone(), REFIT)
+            && tried.cost - best.cost < PATCH
+        {
+            best = tried;
+        }
+    }
+    best
+}
+
+/// Every entry but those that act already, from all its starts.
+fn screen(model: &Model<'_>, current: &Fitted, physics: &[Physics]) -> Vec<Screened> {
+    starts(model, current)
+        .into_par_iter()
+        .filter(|start| !physics.contains(&start.physics))
+        .filter_map(|start| {
+            if let Some(gain) = start.gain {
+                return Some(Screened { start, gain });
+            }
+            let (acting, at) = extended(model, current, &start.knobs);
+            let looked = descend(model, &acting, at, LOOK)?;
+            let gain = current.cost - looked.cost + looked.promised(model);
+            Some(Screened { start, gain })
+        })
+        .collect()
+}
+
+/// The best two starts of the best few entries.
+fn best_of_each<'a>(sorted: &[&'a Screened], entries: usize) -> Vec<Vec<&'a Screened>> {
+    let mut each: Vec<Vec<&Screened>> = Vec::new();
+    for &screened in sorted {
+        let same = each.iter().position(|s| s[0].start.physics == screened.start.physics);
+        match same {
+            Some(same) if each[same].len() < 2 => each[same].push(screened),
+            None if each.len() < entries => each.push(vec![screened]),
+            _ => {}
+        }
+    }
+    each
+}
+
+/// A fit with more knobs, where it would begin.
+pub(super) fn extended(model: &Model<'_>, current: &Fitted, knobs: &[(Knob, f64)]) -> (Acting, DVector<f64>) {
+    let mut acting = current.acting.clone();
+    acting.knobs.extend(knobs.iter().map(|k| k.0));
+    let here = model.base() + current.acting.knobs.len();
+    let mut values: Vec<f64> = current.at.iter().copied().collect();
+    values.splice(here..here, knobs.iter().map(|k| k.1));
+    (acting, DVector::from_vec(values))
+}
+
+/// A fit with fewer knobs.
+fn reduced(model: &Model<'_>, current: &Fitted, keep: impl Fn(&Knob) -> bool) -> (Acting, DVector<f64>) {
+    let kept: Vec<bool> = current.acting.knobs.iter().map(keep).collect();
+    let mut kept_again = kept.iter();
+    let mut acting = current.acting.clone();
+    acting.knobs.retain(|_| kept_again.next().copied().unwrap_or(true));
+    let of_knob = |i: usize| i.checked_sub(model.base()).and_then(|k| kept.get(k)).copied().unwrap_or(true);
+    let values: Vec<f64> = (0..current.at.len()).filter(|&i| of_knob(i)).map(|i| current.at[i]).collect();
+    (acting, DVector::from_vec(values))
+}

@@ -1,0 +1,173 @@
+//! Where the fit of each entry of the catalogue begins; several places where the misfit may have several valleys.
+
+use super::bulk::BulkKnob;
+use super::dual::Dual;
+use super::effects::Effects;
+use super::extra::Large;
+use super::knob::Knob;
+use super::large::StiffeningLaw;
+use super::model::Model;
+use super::physics::Physics;
+use super::refit::Fitted;
+use super::scan::Scan;
+use rayon::prelude::*;
+
+/// Where a fit begins.
+#[derive(Debug, Clone)]
+pub(super) struct Start {
+    /// The entry.
+    pub physics: Physics,
+    /// Its knobs with their values.
+    pub knobs: Vec<(Knob, f64)>,
+    /// By how much it would lower the sum of squares, where a scan has said so already.
+    pub gain: Option<f64>,
+}
+
+/// Time constants to begin with (s).
+const TIMES_S: [f64; 3] = [0.3, 2.0, 12.0];
+
+/// Gaps of slack bands to begin with (m).
+const GAPS_M: [f64; 2] = [1e-4, 5e-4];
+
+/// All starts from a fitted reading.
+pub(super) fn starts(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
+    let mut all = Vec::new();
+    let mut add = |physics: Physics, knobs: Vec<(Knob, f64)>| all.push(Start { physics, knobs, gain: None });
+    for time in TIMES_S {
+        let term = |fraction: f64| vec![(Knob::Relaxed(0), fraction), (Knob::Time(0), time.ln())];
+        add(Physics::ViscoelasticRelaxation, term(0.1));
+    }
+    add(Physics::Drying, vec![(Knob::Drying, 0.0)]);
+    if model.patches() > 0 {
+        for direction in pulled(model, current) {
+            for gap in GAPS_M {
+                add(Physics::SlackBand, vec![(Knob::Gap(direction), gap)]);
+            }
+        }
+        for time in TIMES_S {
+            add(Physics::BandViscosity, vec![(Knob::BandRelaxed, 0.1), (Knob::BandTime, time.ln())]);
+        }
+    }
+    for friction in frictions(model, current) {
+        add(Physics::TipSlip, vec![(Knob::Friction, friction.ln())]);
+    }
+    add(Physics::LateContact, vec![(Knob::Late, 3e-5)]);
+    add(Physics::StageBacklash, vec![(Knob::Backlash, 3e-5)]);
+    add(Physics::StageCompliance, vec![(Knob::StageGive, 0.0)]);
+    add(Physics::ForceDrift, (0..3).map(|axis| (Knob::Drift(axis), 0.0)).collect());
+    add(Physics::ForceGain, (0..2).map(|axis| (Knob::Gain(axis), 0.0)).collect());
+    add(Physics::CameraMisalignment, (0..3).map(|axis| (Knob::Rotation(axis), 0.0)).collect());
+    add(Physics::CameraScale, vec![(Knob::Scale, 1.0), (Knob::DepthGain, 1.0)]);
+    add(Physics::CameraLag, vec![(Knob::Lag, 0.0)]);
+    all.extend(large(model, current));
+    all.extend(bulk(model, current));
+    all
+}
+
+/// Laws that are not linear. What a start needs of them is worked out here, before many threads ask for it.
+fn large(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
+    let Some(shelf) = model.shelf() else { return Vec::new() };
+    let modulus = current.at[0].exp();
+    let mut starts = vec![
+        (Physics::FiniteStrain, vec![(Knob::FiniteStrain, 1.0)]),
+        (Physics::StrainStiffening, vec![(Knob::Stiffening(StiffeningLaw::Fung), 2.0)]),
+    ];
+    if let Ok(scale) = shelf.typical_scale(modulus, &model.tracks) {
+        for share in [0.3, 3.0] {
+            let scale = (Knob::SofteningScale, (share * scale).ln());
+            starts.push((Physics::StressSoftening, vec![(Knob::Softening, 0.1), scale]));
+        }
+    }
+    if model.settled.recording.phantom.gravity.is_none() {
+        starts.push((Physics::SelfWeight, (0..3).map(|axis| (Knob::Gravity(axis), 0.0)).collect()));
+    }
+    starts.retain(|(_, knobs)| ready(model, knobs));
+    starts.into_iter().map(|(physics, knobs)| Start { physics, knobs, gain: None }).collect()
+}
+
+/// Whether the law of these knobs, if there is one, has an answer. Works it out, so that many threads may ask for it after.
+pub(super) fn ready(model: &Model<'_>, knobs: &[(Knob, f64)]) -> bool {
+    let mut effects = Effects::neutral(0);
+    knobs.iter().for_each(|(knob, value)| knob.set(&mut effects, Dual::from(*value)));
+    let answers = |large: &Large| model.shelf().is_some_and(|shelf| shelf.extra(large).is_ok());
+    effects.large.as_ref().is_none_or(answers)
+}
+
+/// Changes of the body, by a scan of their places and typical amounts.
+fn bulk(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
+    let (Some(lab), Some(scan)) = (model.lab(), Scan::new(model, current)) else { return Vec::new() };
+    let mut starts = Vec::new();
+    for physics in BULK {
+        let mut scanned: Vec<(f64, Vec<(BulkKnob, f64)>)> = lab
+            .places(physics)
+            .into_par_iter()
+            .filter_map(|knobs| Some((scan.gain(&lab.first_order(&knobs).ok()?)?, knobs)))
+            .collect();
+        scanned.sort_by(|a, b| b.0.total_cmp(&a.0));
+        starts.extend(scanned.into_iter().take(BEST_PLACES).map(|(gain, knobs)| Start {
+            physics,
+            knobs: knobs.into_iter().map(|(knob, value)| (Knob::Bulk(knob), value)).collect(),
+            gain: Some(gain),
+        }));
+    }
+    starts
+}
+
+/// Entries that change the body.
+const BULK: [Physics; 5] = [
+    Physics::Inclusion,
+    Physics::Anisotropy,
+    Physics::PoissonRatio,
+    Physics::BaseDebonding,
+    Physics::CompliantBase,
+];
+
+/// So many places of each are kept.
+const BEST_PLACES: usize = 2;
+
+/// Directions along the axes in which the pokes move the restraint by a good part of what they move it at most: a band that
+/// only pulls would feel them.
+fn pulled(model: &Model<'_>, current: &Fitted) -> Vec<[f64; 3]> {
+    let Some(marched) = model.march(&current.acting, &current.at) else { return Vec::new() };
+    let first_disc = 3 * model.body.sites;
+    let directions = (0..6).map(|i| {
+        let mut direction = [0.0; 3];
+        direction[i / 2] = if i % 2 == 0 { 1.0 } else { -1.0 };
+        direction
+    });
+    let moved = |direction: &[f64; 3]| -> f64 {
+        let loads = marched.rows.loads.iter().filter(|load| !load.is_empty());
+        loads
+            .map(|load| {
+                let along = |i: usize| -load[i].re * direction[(i - first_disc) % 3];
+                (first_disc..load.len()).map(along).sum::<f64>().max(0.0)
+            })
+            .sum()
+    };
+    let all: Vec<([f64; 3], f64)> = directions.map(|d| (d, moved(&d))).collect();
+    let most = all.iter().map(|d| d.1).fold(0.0, f64::max);
+    all.into_iter().filter(|(_, moved)| *moved > GOOD_PART * most).map(|(direction, _)| direction).collect()
+}
+
+/// A good part.
+const GOOD_PART: f64 = 0.3;
+
+/// Coefficients of friction by which the tip would slide during a good part, or a small one, of the rows with the largest
+/// ratio of tangential to normal force. None where the force is along the poke throughout.
+fn frictions(model: &Model<'_>, current: &Fitted) -> Vec<f64> {
+    let Some(marched) = model.march(&current.acting, &current.at) else { return Vec::new() };
+    let mut ratios: Vec<f64> = Vec::new();
+    for track in &model.tracks {
+        let rows = marched.rows.force[track.first_row..].iter().take(track.time_s.len());
+        for (force, _) in rows.zip(&track.counts).filter(|(_, counts)| **counts) {
+            let force = crate::geometry::Vec3::from_fn(|i, _| force[i].re);
+            let normal = force.dot(&track.inward);
+            if normal > 0.0 {
+                ratios.push((force - track.inward * normal).norm() / normal);
+            }
+        }
+    }
+    ratios.sort_by(f64::total_cmp);
+    let Some(&largest) = ratios.get(ratios.len() * 95 / 100) else { return Vec::new() };
+    [0.9, 0.6].map(|share| share * largest).into_iter().filter(|f| *f > 0.02).collect()
+}

@@ -1,0 +1,217 @@
+//! What is said, and how surely.
+
+use super::diagnosis::{Phase, Verdict};
+use super::left::{Left, Mean};
+use super::model::Model;
+use super::physics::Physics;
+use super::select::{Selection, Tried};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// The verdict with what led to it.
+#[derive(Debug, Clone)]
+pub(super) struct Judged {
+    /// Whether there is a mismatch.
+    pub detected: bool,
+    /// Probability of a misfit as large by chance.
+    pub p_value: f64,
+    /// What is to blame.
+    pub verdict: Verdict,
+    /// What the missing thing must be like.
+    pub properties: Vec<String>,
+    /// What the recording cannot tell.
+    pub remarks: Vec<String>,
+}
+
+/// What a confidence is made of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Evidence {
+    /// Share of what was left beyond noise that the reading removes.
+    pub explained: f64,
+    /// Fall of the sum of squares.
+    pub gain: f64,
+    /// What the best other reading lacks of it, as a share.
+    pub margin: f64,
+}
+
+/// Readings whose sums of squares differ by less than this, or by this share of the gain, are not told apart.
+const ALIKE: f64 = 25.0;
+const ALIKE_SHARE: f64 = 0.03;
+
+/// A reading that removes less than this share of what was left beyond noise does not explain the recording.
+const EXPLAINS: f64 = 0.8;
+
+/// A reading less sure than this is not named where little is left to be explained.
+const LEAST_CONFIDENCE: f64 = 0.5;
+
+/// How much wider than white noise the sum of squares of means scatters, because the error of a marker's rest position is
+/// common to all its means.
+const WIDER: f64 = 1.6;
+
+/// Judges a selection by what is left before and after it.
+pub(super) fn judge(
+    model: &Model<'_>,
+    selection: &Selection,
+    before: &Left,
+    after: &Left,
+    false_alarm: f64,
+) -> Judged {
+    let (x_before, sd) = beyond_noise(before);
+    let (x_after, _) = beyond_noise(after);
+    let p_value = Normal::standard().sf(x_before / sd).max(f64::MIN_POSITIVE);
+    let chosen = selection.chosen.map(|i| &selection.tried[i]);
+    let mut detected = chosen.is_some() || p_value < false_alarm / 2.0;
+    let mut verdict = Verdict {
+        physics: Vec::new(),
+        unexplained: false,
+        confidence: NOTHING_LEFT_OUT,
+        ambiguous_with: Vec::new(),
+    };
+    let mut remarks = Vec::new();
+    if let Some(chosen) = chosen {
+        let gain = selection.base.cost - chosen.fitted.cost;
+        let others = others(selection, chosen);
+        let nearest = others.first().map_or(gain, |other| other.fitted.cost - chosen.fitted.cost);
+        let evidence = Evidence {
+            explained: 1.0 - x_after.max(0.0) / x_before.max(sd),
+            gain,
+            margin: (nearest / gain).clamp(0.0, 1.0),
+        };
+        let sure = confidence(&evidence);
+        if sure < LEAST_CONFIDENCE && x_before < 4.0 * sd {
+            // Hardly anything is left to be explained, and the explanation is doubtful.
+            remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
+            verdict.confidence = 1.0 - sure;
+            detected = false;
+        } else if evidence.explained < EXPLAINS && x_after > 4.0 * sd {
+            verdict.unexplained = true;
+            verdict.confidence = 0.5 + 0.45 * (1.0 - (evidence.explained / EXPLAINS).clamp(0.0, 1.0));
+            remarks.push(format!(
+                "{} comes closest, but leaves {:.0} % of what is beyond noise",
+                names(&chosen.physics),
+                100.0 * (1.0 - evidence.explained)
+            ));
+        } else {
+            verdict.physics.clone_from(&chosen.physics);
+            verdict.confidence = sure;
+            let limit = ALIKE.max(ALIKE_SHARE * gain);
+            for other in others.iter().filter(|o| o.fitted.cost - chosen.fitted.cost < limit) {
+                for &physics in other.physics.iter().filter(|p| !chosen.physics.contains(p)) {
+                    if !verdict.ambiguous_with.contains(&physics) {
+                        verdict.ambiguous_with.push(physics);
+                    }
+                }
+            }
+            if !verdict.ambiguous_with.is_empty() {
+                remarks.push(format!(
+                    "the recording cannot tell {} from {}",
+                    names(&chosen.physics),
+                    names(&verdict.ambiguous_with)
+                ));
+            }
+        }
+    } else if detected {
+        verdict.unexplained = true;
+        verdict.confidence = 0.5;
+    }
+    let properties = if detected { properties(model, before) } else { Vec::new() };
+    Judged { detected, p_value, verdict, properties, remarks }
+}
+
+/// Confidence that nothing is left out, where nothing shows.
+const NOTHING_LEFT_OUT: f64 = 0.95;
+
+/// Sum of what the squares of means have beyond their expectation, and its standard deviation for noise alone.
+pub(super) fn beyond_noise(left: &Left) -> (f64, f64) {
+    let sum: f64 = left.means.iter().map(|m| m.square - 1.0).sum();
+    (sum, WIDER * (2.0 * left.means.len() as f64).sqrt())
+}
+
+/// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first.
+fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tried> {
+    let contains = |a: &[Physics], b: &[Physics]| b.iter().all(|p| a.contains(p));
+    let mut others: Vec<&Tried> = selection
+        .tried
+        .iter()
+        .filter(|t| t.physics.len() == chosen.physics.len())
+        .filter(|t| !contains(&t.physics, &chosen.physics))
+        .collect();
+    others.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+    others
+}
+
+/// Logistic in the evidence.
+fn confidence(evidence: &Evidence) -> f64 {
+    let [constant, by_explained, by_gain, by_margin] = LOGISTIC;
+    let log_gain = (evidence.gain.max(1.0) / 100.0).ln();
+    let score = constant
+        + by_explained * evidence.explained
+        + by_gain * log_gain
+        + by_margin * evidence.margin.sqrt();
+    (1.0 / (1.0 + (-score).exp())).min(MOST_SURE)
+}
+
+/// No verdict is surer than this: what nobody has thought of is always possible.
+const MOST_SURE: f64 = 0.99;
+
+/// Coefficients: constant, share explained, logarithm of the gain over 100, root of the margin. Set by hand; `prove` shows
+/// how well they are calibrated.
+const LOGISTIC: [f64; 4] = [-10.0, 12.0, 0.4, 3.0];
+
+/// Names in a row.
+fn names(physics: &[Physics]) -> String {
+    physics.iter().map(|p| p.id()).collect::<Vec<_>>().join(" and ")
+}
+
+/// What follows for the missing thing from where the baseline misses.
+fn properties(model: &Model<'_>, left: &Left) -> Vec<String> {
+    let of = |which: &dyn Fn(&Mean) -> bool| left.mean_square(which);
+    let mut said = Vec::new();
+    let (force, _) = of(&|m| m.marker.is_none());
+    let (markers, _) = of(&|m| m.marker.is_some());
+    said.push(match (force > 2.0, markers > 1.2) {
+        (true, false) => "it shows in the force and not in the markers".to_owned(),
+        (false, true) => "it shows in the markers and not in the force".to_owned(),
+        _ => "it shows in force and markers alike".to_owned(),
+    });
+    let phase = |phase: Phase| of(&|m| m.phase == phase).0 - 1.0;
+    let (approach, hold, retreat) = (phase(Phase::Approach), phase(Phase::Hold), phase(Phase::Retreat));
+    if approach > 3.0 * retreat || retreat > 3.0 * approach {
+        said.push("it differs between approach and retreat: it has a memory, or lost motion".to_owned());
+    }
+    if hold > 3.0 * approach.max(retreat) {
+        said.push("it shows most while the tip is held".to_owned());
+    }
+    let depth = |mean: &Mean| model.tracks[mean.poke].depth_m.iter().copied().fold(0.0, f64::max);
+    let deepest = left.means.iter().map(depth).fold(0.0, f64::max);
+    let (deep, shallow) =
+        (of(&|m| depth(m) > 0.75 * deepest).0 - 1.0, of(&|m| depth(m) < 0.5 * deepest).0 - 1.0);
+    if deep > 8.0 * shallow.max(0.0) && deep > 1.0 {
+        said.push("it grows faster than the depth".to_owned());
+    }
+    said
+}
+
+impl Judged {
+    /// Why one of the readings tried is, or is not, the verdict.
+    pub(super) fn why(&self, selection: &Selection, tried: usize) -> String {
+        let chosen = selection.chosen.map(|i| &selection.tried[i]);
+        let own = &selection.tried[tried];
+        let gain = selection.base.cost - own.fitted.cost;
+        match chosen {
+            Some(_) if selection.chosen == Some(tried) && self.verdict.unexplained => {
+                "it comes closest, but leaves too much".to_owned()
+            }
+            Some(_) if selection.chosen == Some(tried) => {
+                "nothing explains as much with as little".to_owned()
+            }
+            Some(chosen) if own.fitted.cost < chosen.fitted.cost => {
+                "what it adds is no more than chance or elements can".to_owned()
+            }
+            Some(chosen) => {
+                let best = selection.base.cost - chosen.fitted.cost;
+                format!("it removes {:.0} % of what the verdict removes", 100.0 * gain / best)
+            }
+            None => "what it adds is no more than chance or elements can".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Which displacement components a body solves for, and how their stiffness is put together and factored.
+//!
+//! Worked out once for a body and a hold; bodies of the same elements and another stiffness share it.
+
+use super::element::Order;
+use super::error::FemError;
+use super::space::Space;
+use super::variation::Part;
+use crate::sparse::{Analysis, Factor, Ordering, Pattern, SymmetricMatrix};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Components that the known glue holds have no unknown.
+pub(super) const HELD: u32 = u32::MAX;
+
+/// Unknowns of a body, and the structure of its stiffness.
+pub(super) struct Skeleton {
+    /// Unknown of each displacement component, or [`HELD`].
+    pub unknown: Vec<u32>,
+    /// Number of unknowns.
+    pub unknowns: usize,
+    /// Unknowns of every cell, those of held components left out.
+    lists: Vec<Vec<u32>>,
+    pattern: Arc<Pattern>,
+    analysis: Analysis,
+}
+
+/// Cells whose stiffness is held in memory at once.
+const CELLS_AT_ONCE: usize = 2048;
+
+impl Skeleton {
+    /// The structure for a body whose nodes `held` have no unknowns.
+    pub(super) fn new(space: &Space, held: &[bool]) -> Result<Self, FemError> {
+        let mut unknown = vec![HELD; space.components()];
+        let mut position = Vec::new();
+        for (node, p) in space.nodes().iter().enumerate().filter(|&(node, _)| !held[node]) {
+            for i in 0..3 {
+                unknown[3 * node + i] = position.len() as u32;
+                position.push([p.x, p.y, p.z]);
+            }
+        }
+        let lists: Vec<Vec<u32>> = space
+            .cells()
+            .map(|cell| components(cell).map(|c| unknown[c]).filter(|&u| u != HELD).collect())
+            .collect();
+        let unknowns = position.len();
+        let pattern = Arc::new(Pattern::from_elements(unknowns, lists.iter().map(Vec::as_slice)));
+        let analysis = Analysis::new(&pattern, Ordering::NestedDissection { position: &position })?;
+        Ok(Self { unknown, unknowns, lists, pattern, analysis })
+    }
+
+    /// Puts the stiffness of all cells together (row-major, as [`cell_stiffness`](super::cell_stiffness) gives it) and
+    /// factors it.
+    pub(super) fn factor(
+        &self,
+        space: &Space,
+        stiffness: impl Fn(u32) -> Vec<f64> + Sync,
+    ) -> Result<Factor, FemError> {
+        Ok(self.analysis.factor(&self.assembled(space, stiffness))?)
+    }
+
+    /// As [`Skeleton::factor`], with `springs` besides; components that are `kept` stay where they are although they
+    /// have unknowns.
+    pub(super) fn factor_kept(
+        &self,
+        space: &Space,
+        stiffness: impl Fn(u32) -> Vec<f64> + Sync,
+        springs: &[Part],
+        kept: &[bool],
+    ) -> Result<Factor, FemError> {
+        let masked = |parts: &[usize], mut k: Vec<f64>| {
+            let side = parts.len();
+            for (a, &c) in parts.iter().enumerate().filter(|(_, c)| kept[**c]) {
+                for b in 0..side {
+                    k[a * side + b] = 0.0;
+                    k[b * side + a] = 0.0;
+                }
+                debug_assert!(kept[c]);
+            }
+            k
+        };
+        let mut matrix = self.assembled(space, |cell| {
+            let parts: Vec<usize> = components(space.cell(cell)).collect();
+            masked(&parts, stiffness(cell))
+        });
+        for spring in springs {
+            let parts: Vec<usize> = spring.components.iter().map(|&c| c as usize).collect();
+            let list: Vec<u32> = parts.iter().map(|&c| self.unknown[c]).collect();
+            matrix.add_element(&list, &masked(&parts, spring.matrix.as_slice().to_vec()));
+        }
+        for (_, &u) in kept.iter().zip(&self.unknown).filter(|(kept, u)| **kept && **u != HELD) {
+            matrix.add(u as usize, u as usize, 1.0)?;
+        }
+        Ok(self.analysis.factor(&matrix)?)
+    }
+
+    fn assembled(&self, space: &Space, stiffness: impl Fn(u32) -> Vec<f64> + Sync) -> SymmetricMatrix {
+        let mut matrix = SymmetricMatrix::zeros(self.pattern.clone());
+        let side = 3 * Order::cell_nodes(space.order());
+        for chunk in (0..self.lists.len()).collect::<Vec<_>>().chunks(CELLS_AT_ONCE) {
+            let all: Vec<Vec<f64>> = chunk.par_iter().map(|&cell| stiffness(cell as u32)).collect();
+            for (&cell, k) in chunk.iter().zip(&all) {
+                let free: Vec<usize> = components(space.cell(cell as u32))
+                    .enumerate()
+                    .filter(|&(_, c)| self.unknown[c] != HELD)
+                    .map(|(local, _)| local)
+                    .collect();
+                let block: Vec<f64> = free
+                    .iter()
+                    .flat_map(|&a| free.iter().map(move |&b| (a, b)))
+                    .map(|(a, b)| k[a * side + b])
+                    .collect();
+                matrix.add_element(&self.lists[cell], &block);
+            }
+        }
+        matrix
+    }
+}
+
+/// Displacement components of a cell's nodes.
+pub(super) fn components(nodes: &[u32]) -> impl Iterator<Item = usize> + '_ {
+    nodes.iter().flat_map(|&n| (0..3).map(move |i| 3 * n as usize + i))
+}

@@ -1,0 +1,100 @@
+//! What a diagnosis said, as its `diagnosis.json` has it, or that it ended without one.
+
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// One draw's verdict as it was put on disk.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Said {
+    /// A diagnosis.
+    Verdict(Box<Verdict>),
+    /// It ended with an error.
+    Failed(String),
+}
+
+/// The part of `diagnosis.json` that is judged.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Verdict {
+    mismatch: MismatchKeys,
+    verdict: VerdictKeys,
+    #[serde(default)]
+    parameters: BTreeMap<String, BTreeMap<String, OneOrMany>>,
+    baseline: ReadingKeys,
+    extended: ReadingKeys,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct MismatchKeys {
+    detected: bool,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct VerdictKeys {
+    physics: Vec<String>,
+    confidence: Option<f64>,
+    #[serde(default)]
+    ambiguous_with: Vec<String>,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct ReadingKeys {
+    young_modulus_pa: Number,
+    held_out_chi2_per_dof: Option<f64>,
+}
+
+/// A number with its standard deviation; what could not be determined is absent.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct Number {
+    /// Value (SI).
+    pub value: Option<f64>,
+    /// Standard deviation (SI).
+    pub sd: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged)]
+enum OneOrMany {
+    One(Number),
+    Many(Vec<Number>),
+}
+
+impl Verdict {
+    /// Whether a mismatch was called.
+    pub fn detected(&self) -> bool {
+        self.mismatch.detected
+    }
+
+    /// Ids that it names; `unexplained` among them when nothing explains the recording.
+    pub fn physics(&self) -> &[String] {
+        &self.verdict.physics
+    }
+
+    /// Ids that it cannot tell from those.
+    pub fn ambiguous_with(&self) -> &[String] {
+        &self.verdict.ambiguous_with
+    }
+
+    /// Probability that it gives itself of being right.
+    pub fn confidence(&self) -> Option<f64> {
+        self.verdict.confidence
+    }
+
+    /// Numbers of a parameter; empty when it has none of that id.
+    pub fn numbers(&self, physics: &str, id: &str) -> &[Number] {
+        match self.parameters.get(physics).and_then(|p| p.get(id)) {
+            Some(OneOrMany::One(number)) => std::slice::from_ref(number),
+            Some(OneOrMany::Many(numbers)) => numbers,
+            None => &[],
+        }
+    }
+
+    /// Modulus before and after (Pa).
+    pub fn modulus(&self) -> [Number; 2] {
+        [self.baseline.young_modulus_pa, self.extended.young_modulus_pa]
+    }
+
+    /// Held-out misfit before and after.
+    pub fn held_out(&self) -> [Option<f64>; 2] {
+        [self.baseline.held_out_chi2_per_dof, self.extended.held_out_chi2_per_dof]
+    }
+}

@@ -1,0 +1,150 @@
+//! `conceal` and `prove`: two draws from sealed answers to a scorecard, and every way in which a proof must fail.
+
+use super::{names, run, utf8};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// Copies a proof with its sealed answers and its key.
+fn copy(from: &Path, to: &Path) {
+    if from.is_dir() {
+        fs::create_dir_all(to).expect("a folder");
+        for entry in fs::read_dir(from).expect("readable") {
+            let entry = entry.expect("readable");
+            copy(&entry.path(), &to.join(entry.file_name()));
+        }
+    } else {
+        fs::copy(from, to).expect("a copy");
+    }
+}
+
+fn conceal(out: &Path, count: &str) -> (i32, Value, String) {
+    let arguments =
+        ["conceal", "--seed", "11", "--count", count, "--phantoms", "1", "--json", "--out", utf8(out)];
+    let (code, stdout, stderr) = run(&arguments);
+    (code, serde_json::from_str(&stdout).expect("JSON"), stderr)
+}
+
+/// Every file below a folder.
+fn files(folder: &Path) -> Vec<std::path::PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("readable") {
+        let path = entry.expect("readable").path();
+        if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }
+    }
+    found.sort();
+    found
+}
+
+fn edit(file: &Path, change: impl FnOnce(&mut Vec<u8>)) {
+    let mut bytes = fs::read(file).expect("readable");
+    change(&mut bytes);
+    fs::write(file, bytes).expect("writable");
+}
+
+#[test]
+fn a_proof_holds_as_made_and_fails_when_tampered_with() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let proof = place.path().join("proof");
+
+    let (code, said, stderr) = conceal(&proof, "1");
+    assert_eq!((code, &said["new"]), (0, &Value::from(1)), "{stderr}");
+    let first = fs::read_to_string(proof.join("hashes.csv")).expect("hashes");
+    let (code, said, stderr) = conceal(&proof, "2");
+    assert_eq!((code, &said["new"], &said["draws"]), (0, &Value::from(1), &Value::from(2)), "{stderr}");
+    let both = fs::read_to_string(proof.join("hashes.csv")).expect("hashes");
+    assert!(both.starts_with(&first) && both.lines().count() == 3, "{both}");
+    assert_eq!(conceal(&proof, "2").1["new"], 0);
+    assert_eq!(names(place.path()), ["proof", "proof.key", "proof.sealed"]);
+    // Nothing of the answer in the open, nor under the seal.
+    for file in files(place.path()) {
+        let bytes = fs::read(&file).expect("readable");
+        for word in ["salt", "passed_over", "\"physics\""] {
+            let found = bytes.windows(word.len()).any(|w| w == word.as_bytes());
+            assert!(!found, "{word} is in {}", file.display());
+        }
+    }
+    let other = ["conceal", "--seed", "12", "--count", "2", "--phantoms", "1", "--out", utf8(&proof)];
+    let (code, _, stderr) = run(&other);
+    assert!(code == 1 && stderr.contains("another seed"), "{code}: {stderr}");
+
+    // Without the key the verdicts are made and closed, and the answers stay where they are.
+    let nowhere = place.path().join("no-key");
+    let (code, _, stderr) = run(&["prove", utf8(&proof), "--key", utf8(&nowhere)]);
+    assert!(code == 1 && stderr.contains("the answers stay sealed"), "{code}: {stderr}");
+    assert!(proof.join("verdicts.csv").is_file() && !proof.join("scorecard.json").exists());
+    let verdicts: Vec<Vec<u8>> =
+        files(&proof.join("verdicts")).iter().map(|f| fs::read(f).expect("readable")).collect();
+    assert_eq!(verdicts.len(), 2);
+    let closed = place.path().join("closed");
+    for what in ["", ".key", ".sealed"] {
+        let named = |base: &Path| Path::new(&format!("{}{what}", base.display())).to_owned();
+        copy(&named(&proof), &named(&closed));
+    }
+
+    let (code, stdout, stderr) = run(&["prove", utf8(&proof), "--json"]);
+    assert!(matches!(code, 0 | 3), "{code}: {stderr}");
+    let card: Value = serde_json::from_str(&stdout).expect("JSON");
+    assert_eq!((&card["format"], &card["draws"]), (&Value::from("phantom-scorecard/1"), &Value::from(2)));
+    assert!(card["mean_seconds"].as_f64().is_some_and(|s| s > 0.0));
+    for draw in card["judged"].as_array().expect("draws") {
+        assert_eq!(draw["error"], Value::Null, "{draw}");
+        assert!(draw["modulus_error"][0].as_f64().is_some_and(|e| e.abs() < 0.5), "{draw}");
+    }
+    assert!(proof.join("scorecard.html").is_file());
+    let after: Vec<Vec<u8>> =
+        files(&proof.join("verdicts")).iter().map(|f| fs::read(f).expect("readable")).collect();
+    assert_eq!(after, verdicts, "closed verdicts are not made again");
+
+    type Tamper = fn(&Path);
+    let beside = |folder: &Path, what: &str| Path::new(&format!("{}{what}", folder.display())).to_owned();
+    let tampered: [(&str, &str, Tamper); 6] = [
+        ("the verdict of draw-0001 is missing", "", |f| {
+            fs::remove_file(f.join("verdicts/draw-0001.json")).expect("removed");
+        }),
+        ("the verdict of draw-0002 was changed", "", |f| {
+            edit(&f.join("verdicts/draw-0002.json"), |b| b.extend(b" \n"));
+        }),
+        ("draw-0001 is not the one whose hash was published", "", |f| {
+            edit(&f.join("hashes.csv"), |b| {
+                let digit = &mut b["draw,sha256\ndraw-0001,".len()];
+                *digit = if *digit == b'0' { b'1' } else { b'0' };
+            });
+        }),
+        ("draw-0002 has no hash", "", |f| {
+            edit(&f.join("hashes.csv"), |b| b.truncate("draw,sha256\ndraw-0001,".len() + 65));
+        }),
+        ("draw-0001 is not the one that its answer belongs to", "", |f| {
+            edit(&f.join("recordings/draw-0001/force.csv"), |b| b.extend(b"\n"));
+        }),
+        ("the answer of draw-0001 does not open", ".sealed", |f| {
+            edit(&f.join("draw-0001.sealed"), |b| b[40] ^= 1);
+        }),
+    ];
+    for (i, (words, where_, tamper)) in tampered.into_iter().enumerate() {
+        let own = place.path().join(format!("tampered-{i}"));
+        for what in ["", ".key", ".sealed"] {
+            copy(&beside(&closed, what), &beside(&own, what));
+        }
+        tamper(&beside(&own, where_));
+        let (code, stdout, stderr) = run(&["prove", utf8(&own)]);
+        assert_eq!((code, stdout.as_str()), (1, ""), "{words}: {stderr}");
+        assert!(stderr.contains(words), "{words:?} is not in {stderr}");
+        assert!(!own.join("scorecard.json").exists(), "{words}");
+    }
+}
+
+#[test]
+fn a_folder_without_draws_proves_nothing() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let (code, _, stderr) = run(&["prove", utf8(place.path())]);
+    assert!(code == 1 && stderr.contains("holds no concealed draws"), "{code}: {stderr}");
+    fs::write(place.path().join("thesis.tex"), "years").expect("writable");
+    let (code, _, stderr) = run(&["conceal", "--seed", "1", "--count", "1", "--out", utf8(place.path())]);
+    assert!(code == 1 && stderr.contains("is not empty"), "{code}: {stderr}");
+    assert_eq!(names(place.path()), ["thesis.tex"]);
+    for arguments in [&["--count", "0"][..], &["--count", "1", "--phantoms", "0"]] {
+        let (code, _, _) = run(&[&["conceal", "--seed", "1", "--out", "x"][..], arguments].concat());
+        assert_eq!(code, 2, "{arguments:?}");
+    }
+}
