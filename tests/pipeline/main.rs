@@ -1,6 +1,5 @@
 //! Whole paths through the program: data made, estimated from, compared with what made them. One module a topic.
 
-mod bulk;
 mod diagnose;
 mod jacobian;
 mod practice;
