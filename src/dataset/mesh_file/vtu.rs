@@ -113,10 +113,12 @@ fn read_xml(bytes: &[u8]) -> Result<Document<'_>, MeshFileError> {
             Event::End(tag) if matches!(tag.name().as_ref(), "DataArray" | "Array") => {
                 document.arrays.extend(open.take());
             }
-            Event::Eof if open.is_some() || document.pieces == 0 => {
-                return Err(xml("the file ends before its data do (is it cut off?)".to_owned()));
+            Event::End(tag) if tag.name().as_ref() == "VTKFile" && document.pieces > 0 => {
+                return Ok(document);
             }
-            Event::Eof => return Ok(document),
+            Event::Eof => {
+                return Err(xml("the file ends before </VTKFile> (is it cut off?)".to_owned()));
+            }
             _ => {}
         }
     }
