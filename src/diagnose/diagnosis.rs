@@ -211,11 +211,11 @@ pub enum Progress {
     Fitting(crate::inverse::Progress),
     /// Every entry of the catalogue at first order.
     Screening,
-    /// Refits in full: how many of how many.
+    /// Refits in full of what looked promising.
     Refitting {
-        /// Done.
-        done: usize,
-        /// Planned.
-        of: usize,
+        /// How many effects act already.
+        acting: usize,
+        /// How many entries are tried in addition.
+        entries: usize,
     },
 }

@@ -82,4 +82,12 @@ impl Effects {
             large: None,
         }
     }
+
+    /// Whether what the camera shows differs from what moves, or may.
+    pub(super) fn camera_acts(&self) -> bool {
+        let differs = |x: &Dual, from: f64| x.re != from || x.eps.0.is_some();
+        self.rotation_rad.iter().any(|x| differs(x, 0.0))
+            || differs(&self.scale, 1.0)
+            || differs(&self.depth_gain, 1.0)
+    }
 }

@@ -6,6 +6,7 @@ use super::dual::{Dual, gradient};
 use super::error::DiagnoseError;
 use super::large::{Bench, Curve, Curves, Lab, Softening, Stiffened, Stiffening, StiffeningLaw, Weight};
 use super::track::Track;
+use crate::fem::Order;
 use crate::geometry::Vec3;
 use crate::inverse::Settled;
 use nalgebra::DMatrix;
@@ -66,8 +67,8 @@ pub(super) struct Depth {
 const SAME_DIRECTION: f64 = 1e-6;
 
 impl Shelf {
-    /// For the pokes of a recording. Nothing but the linear answers is worked out yet. `rough`: on the mesh as given, with
-    /// curves through few depths; they err by some ten or twenty per cent.
+    /// For the pokes of a recording. Nothing but the linear answers is worked out yet. `rough`: by first-order
+    /// elements on the mesh as given, with curves through few depths.
     ///
     /// # Errors
     /// As [`Lab::new`] and [`Bench::of`].
@@ -89,7 +90,7 @@ impl Shelf {
         if rough {
             bench.mesh.clone_from(&settled.recording.mesh);
         }
-        let lab = Lab::new(&bench)?;
+        let lab = Lab::new(&bench, if rough { Order::P1 } else { Order::P2 })?;
         let (softening, weight) = (OnceLock::new(), OnceLock::new());
         let stiffening = [StiffeningLaw::Fung, StiffeningLaw::Yeoh].map(Stiffening::new);
         Ok(Self { lab, rough, of_track, stiffening, softening, weight })

@@ -43,6 +43,8 @@ pub(super) struct Acting {
     pub knobs: Vec<Knob>,
     /// Patches of the baseline that are left out.
     pub without: Vec<usize>,
+    /// Whether a law that is not linear is worked out as well as it can be: for a refit. A look does with less.
+    pub fine: bool,
 }
 
 /// A patch of the baseline.
@@ -77,12 +79,12 @@ pub(super) struct Model<'a> {
     pub correlation: Correlation,
     rest: Vec<(f64, Vec3)>,
     modulus: f64,
-    /// Changes of the body; none where the elements have no answer.
-    lab: Option<bulk::Lab<'a>>,
+    /// Changes of the body, where the elements have an answer.
+    lab: Result<bulk::Lab<'a>, DiagnoseError>,
     changes: Mutex<Vec<Arc<Changed>>>,
     /// Laws that are not linear: for a look, and in full once one of them is promising.
-    rough: Option<Shelf>,
-    fine: OnceLock<Option<Shelf>>,
+    rough: Result<Shelf, DiagnoseError>,
+    fine: OnceLock<Result<Shelf, DiagnoseError>>,
 }
 
 /// A change of the body that was worked out.
@@ -109,8 +111,8 @@ pub(super) struct Marched<'a> {
     pub turn: [[Dual; 3]; 3],
     /// Number of parameters that it has derivatives by.
     pub fitted: usize,
-    /// What a law that is not linear adds, with the modulus.
-    pub extra: Option<(Extra<'a>, Dual)>,
+    /// What a law that is not linear adds, with where it comes from and the modulus.
+    pub extra: Option<(Extra<'a>, &'a Shelf, Dual)>,
 }
 
 impl<'a> Model<'a> {
@@ -135,8 +137,8 @@ impl<'a> Model<'a> {
         let index_of =
             |parameter: Parameter| shifts.iter().position(|(p, _)| *p == parameter).map(|i| first_shift + i);
         let mut body = body(settled, &index_of)?;
-        let lab = bulk::Lab::new(settled).ok();
-        let finer = lab.as_ref().and_then(|lab| lab.first_order(&[(BulkKnob::Finer, 1.0)]).ok());
+        let lab = bulk::Lab::new(settled);
+        let finer = lab.as_ref().ok().and_then(|lab| lab.first_order(&[(BulkKnob::Finer, 1.0)]).ok());
         let finer = finer.map(|change| {
             let index = first_shift + shifts.len();
             body.open(&change, index);
@@ -157,7 +159,7 @@ impl<'a> Model<'a> {
         let mut tracks = tracks(settled.recording, settled.evidence, &inward);
         let timeline = timeline(settled.recording, &mut tracks);
         let noise = &settled.evidence.noise;
-        let rough_shelf = Shelf::new(settled, &tracks, true).ok();
+        let rough = Shelf::new(settled, &tracks, true);
         let rest =
             |(_, rows): &(_, usize)| noise.marker_m.map(|sd| sd * (1.0 + 1.0 / (*rows).max(1) as f64).sqrt());
         Ok(Self {
@@ -175,7 +177,7 @@ impl<'a> Model<'a> {
             lab,
             finer,
             changes: Mutex::default(),
-            rough: rough_shelf,
+            rough,
             fine: OnceLock::new(),
         })
     }
@@ -214,7 +216,7 @@ impl<'a> Model<'a> {
 
     /// The baseline as it settled, with knobs at these values.
     pub(super) fn start(&self, knobs: &[(Knob, f64)]) -> DVector<f64> {
-        let acting = Acting { knobs: knobs.iter().map(|k| k.0).collect(), without: Vec::new() };
+        let acting = Acting { knobs: knobs.iter().map(|k| k.0).collect(), ..Acting::default() };
         let mut start = DVector::zeros(self.count(&acting));
         start[0] = self.modulus.ln();
         for patch in &self.patches {
@@ -309,7 +311,10 @@ impl<'a> Model<'a> {
         let rows = march(timeline, &body, modulus, &groups, &effects)?;
         let turn = camera(&effects);
         let extra = match &effects.large {
-            Some(large) => Some((self.shelf()?.extra(large).ok()?, modulus)),
+            Some(large) => {
+                let shelf = self.shelf(acting.fine)?;
+                Some((shelf.extra(large).ok()?, shelf, modulus))
+            }
             None => None,
         };
         Some(Marched { rows, body, effects, turn, fitted, extra })
@@ -332,7 +337,7 @@ impl<'a> Model<'a> {
 
     /// What these knobs do to the body.
     fn changed(&self, knobs: &[(BulkKnob, f64)]) -> Option<BodyChange> {
-        let lab = self.lab.as_ref()?;
+        let lab = self.lab()?;
         let steps = |known: &Changed| -> Option<Vec<f64>> {
             let same =
                 known.knobs.len() == knobs.len() && known.knobs.iter().zip(knobs).all(|(a, b)| a.0 == b.0);
@@ -358,27 +363,36 @@ impl<'a> Model<'a> {
     /// Smallest and largest value of a knob, and the longest step of a fit.
     pub(super) fn range(&self, knob: Knob) -> ([f64; 2], f64) {
         match (knob, &self.lab) {
-            (Knob::Bulk(bulk), Some(lab)) => lab.range(bulk),
+            (Knob::Bulk(bulk), Ok(lab)) => lab.range(bulk),
             _ => knob.range(),
         }
     }
 
-    /// Laws that are not linear; none where the elements have no answer.
-    pub(super) fn shelf(&self) -> Option<&Shelf> {
-        self.fine.get().and_then(Option::as_ref).or(self.rough.as_ref())
+    /// Laws that are not linear, for a look or for a refit, which [`Model::refine`] must have prepared; none where the
+    /// elements have no answer.
+    pub(super) fn shelf(&self, fine: bool) -> Option<&Shelf> {
+        if fine { self.fine.get().and_then(|made| made.as_ref().ok()) } else { self.rough.as_ref().ok() }
     }
 
-    /// Makes laws that are not linear as good as they can be from here on. Not to be called by several threads at once.
+    /// Prepares laws that are not linear for refits. Not to be called by several threads at once.
     pub(super) fn refine(&self) {
         if self.fine.get().is_none() {
-            let made = Shelf::new(self.settled, &self.tracks, false).ok();
+            let made = Shelf::new(self.settled, &self.tracks, false);
             self.fine.get_or_init(|| made);
         }
     }
 
+    /// What could not be looked at, and why.
+    pub(super) fn remarks(&self) -> Vec<String> {
+        let body = self.lab.as_ref().err().map(|why| format!("no change of the body was looked at: {why}"));
+        let laws = self.rough.as_ref().err().or(self.fine.get().and_then(|made| made.as_ref().err()));
+        let laws = laws.map(|why| format!("no law that is not linear was looked at: {why}"));
+        body.into_iter().chain(laws).collect()
+    }
+
     /// Changes of the body.
     pub(super) fn lab(&self) -> Option<&bulk::Lab<'a>> {
-        self.lab.as_ref()
+        self.lab.as_ref().ok()
     }
 
     /// Stiffness of every disc of the restraint (N/m).

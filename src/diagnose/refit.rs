@@ -4,7 +4,6 @@
 use super::model::{Acting, Model};
 use super::sums::PokeSums;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// A fitted reading.
 #[derive(Debug, Clone)]
@@ -17,6 +16,19 @@ pub(super) struct Fitted {
     pub parts: Vec<PokeSums>,
     /// Sum of squares over the effective noise, the elements' shares at their price.
     pub cost: f64,
+    /// How the descent to it ended.
+    pub end: End,
+}
+
+/// How a descent ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    /// No step lowers the sum of squares by anything that counts.
+    AtRest,
+    /// It might have gone on.
+    OutOfSteps,
+    /// It could not have come close to another reading.
+    GivenUp,
 }
 
 /// Longest step of the baseline's logarithms, and of a shift (m).
@@ -36,7 +48,8 @@ impl Fitted {
         let parts = model.sums(acting, &at)?;
         let price: f64 = model.prior_precision(acting).iter().zip(at.iter()).map(|(w, x)| w * x * x).sum();
         let cost = parts.iter().map(|p| p.cost).sum::<f64>() + price;
-        cost.is_finite().then(|| Self { acting: acting.clone(), at, parts, cost })
+        let end = End::OutOfSteps;
+        cost.is_finite().then(|| Self { acting: acting.clone(), at, parts, cost, end })
     }
 
     /// The pokes' sums.
@@ -101,16 +114,16 @@ impl Fitted {
         Some(&self.at + bounded_step(model, self, &normal, &gradient, 1e-9)?.step)
     }
 
-    /// Sum of squares over the stated noise of every poke, predicted by a fit to the others.
+    /// Sum of squares over the stated noise of every poke, predicted by a fit to the others: what it is, and by how much the
+    /// step to that fit raises it.
     pub(super) fn held_out(&self, model: &Model<'_>) -> Option<Vec<f64>> {
-        (0..model.tracks.len())
-            .into_par_iter()
-            .map(|poke| {
-                let at = self.without(model, poke)?;
-                let marched = model.march(&self.acting, &at)?;
-                Some(model.track_sums(&marched, &at, &model.tracks[poke]).chi2.iter().sum())
-            })
-            .collect()
+        let predicted = |(poke, sums): (usize, &PokeSums)| {
+            let (normal, gradient) = self.equations(model, Some(poke));
+            let step = bounded_step(model, self, &normal, &gradient, 1e-9)?.step;
+            let raised = (&sums.normal * &step).dot(&step) - 2.0 * sums.gradient.dot(&step);
+            Some(sums.chi2.iter().sum::<f64>() + raised)
+        };
+        self.pokes().iter().enumerate().map(predicted).collect()
     }
 
     /// By how much the sum of squares would fall in one step from here.
@@ -120,25 +133,51 @@ impl Fitted {
     }
 }
 
-/// Fits from `start` (Levenberg–Marquardt, Nielsen 1999), so many steps at most; parameters on a bound that want beyond it
-/// stay there.
+/// How far a descent goes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Effort {
+    /// Most steps.
+    pub steps: usize,
+    /// It has come to rest when a step promises less than this.
+    pub at_rest: f64,
+    /// It is given up where even so many times ...
+    pub optimism: f64,
+    /// ... what a step promises would leave more than this.
+    pub hopeless: f64,
+}
+
+/// As far as the noise can tell.
+pub(super) const IN_FULL: Effort =
+    Effort { steps: 25, at_rest: GOOD_ENOUGH, optimism: 1.0, hopeless: f64::INFINITY };
+
+/// Fits from `start`.
 pub(super) fn descend(
     model: &Model<'_>,
     acting: &Acting,
     start: DVector<f64>,
-    steps: usize,
+    effort: Effort,
 ) -> Option<Fitted> {
-    let mut fitted = Fitted::new(model, acting, start)?;
+    Some(descend_from(model, Fitted::new(model, acting, start)?, effort))
+}
+
+/// Fits on (Levenberg–Marquardt, Nielsen 1999); parameters on a bound that want beyond it stay there.
+pub(super) fn descend_from(model: &Model<'_>, mut fitted: Fitted, effort: Effort) -> Fitted {
     let (mut damping, mut growth) = (1e-4, 2.0);
-    for _ in 0..steps {
+    fitted.end = End::OutOfSteps;
+    for _ in 0..effort.steps {
         let (normal, gradient) = fitted.equations(model, None);
         let Some(Step { step, promised }) = bounded_step(model, &fitted, &normal, &gradient, damping) else {
             break;
         };
-        if promised < GOOD_ENOUGH {
+        if promised < effort.at_rest {
+            fitted.end = End::AtRest;
             break;
         }
-        match Fitted::new(model, acting, &fitted.at + &step) {
+        if fitted.cost - effort.optimism * promised > effort.hopeless {
+            fitted.end = End::GivenUp;
+            break;
+        }
+        match Fitted::new(model, &fitted.acting, &fitted.at + &step) {
             Some(tried) if tried.cost < fitted.cost => {
                 let ratio = (fitted.cost - tried.cost) / promised;
                 damping = (damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0)).max(1e-12);
@@ -149,12 +188,14 @@ pub(super) fn descend(
                 damping *= growth;
                 growth *= 2.0;
                 if damping > 1e6 {
+                    // A kink: no step leads down.
+                    fitted.end = End::AtRest;
                     break;
                 }
             }
         }
     }
-    Some(fitted)
+    fitted
 }
 
 /// A step, and by how much it would lower the sum of squares were everything linear.

@@ -71,7 +71,7 @@ impl Model<'_> {
         track: usize,
         row: usize,
     ) -> ([Dual; 3], Option<DVector<f64>>) {
-        let (Some((extra, modulus)), Some(shelf)) = (&marched.extra, self.shelf()) else {
+        let Some((extra, shelf, modulus)) = &marched.extra else {
             return ([Dual::from(0.0); 3], None);
         };
         let all = shelf.at(extra, track, &marched.rows.depth[row], modulus.re, marched.fitted);
@@ -110,43 +110,34 @@ impl Model<'_> {
             let mut column = u.column_mut(1 + p);
             column.gemv(1.0, change, &columns.column(0), 1.0);
         }
-        if let Some((extra, modulus)) = &marched.extra {
+        if let Some((extra, shelf, modulus)) = &marched.extra {
             let [a, b] = [left, right].map(|row| rows.depth[track.first_row + row]);
             let depth = Depth { now: between(a.now, b.now, s), deepest: between(a.deepest, b.deepest, s) };
-            let more = self.shelf()?.at(extra, track.index, &depth, modulus.re, fitted);
+            let more = shelf.at(extra, track.index, &depth, modulus.re, fitted);
             u += more.rows(3, u.nrows());
         }
-        // Derivatives of the camera's matrix: column, parameter, value.
-        let turning: [Vec<(usize, usize, f64)>; 3] = [0, 1, 2].map(|axis: usize| {
-            let by = |k: usize| gradient(&turn[axis][k], fitted);
-            let all =
-                (0..3).flat_map(|k| by(k).iter().enumerate().map(|(j, s)| (k, j, *s)).collect::<Vec<_>>());
-            all.filter(|(.., slope)| *slope != 0.0).collect()
-        });
         let seen = &frame.seen;
         let mut out = DMatrix::zeros(3 * seen.len(), fitted + 2);
-        for (n, (marker, moved)) in seen.iter().enumerate() {
-            let own = u.fixed_rows::<3>(3 * marker);
-            for axis in 0..3 {
-                let row = 3 * n + axis;
-                let sd = self.marker_sd[*marker][axis];
-                let mut value = 0.0;
-                for k in 0..3 {
-                    let t = &turn[axis][k];
-                    value += t.re * own[(k, 0)];
-                    for j in 0..fitted {
-                        out[(row, j)] += t.re * own[(k, 1 + j)];
-                    }
+        if effects.camera_acts() {
+            turned(&u, turn, frame, &mut out);
+        } else {
+            // Column by column, as they lie in memory.
+            for (from, to) in (0..fitted).map(|j| (1 + j, j)).chain([(0, fitted)]) {
+                let (from, mut to) = (u.column(from), out.column_mut(to));
+                for (n, (marker, _)) in seen.iter().enumerate() {
+                    (0..3).for_each(|axis| to[3 * n + axis] = from[3 * marker + axis]);
                 }
-                for &(k, j, slope) in &turning[axis] {
-                    out[(row, j)] += slope * own[(k, 0)];
-                }
-                for j in 0..fitted {
-                    out[(row, j)] *= (1.0 + share) / sd;
-                }
-                out[(row, fitted)] = value / sd;
-                out[(row, fitted + 1)] = (moved[axis] - value * (1.0 + share)) / sd;
             }
+        }
+        let scale =
+            DVector::from_fn(3 * seen.len(), |row, _| self.marker_sd[seen[row / 3].0][row % 3].recip());
+        for (row, s) in scale.iter().enumerate() {
+            let (marker_row, axis) = (row / 3, row % 3);
+            out[(row, fitted + 1)] = (seen[marker_row].1[axis] - out[(row, fitted)] * (1.0 + share)) * s;
+        }
+        for (j, mut column) in out.column_iter_mut().enumerate().take(fitted + 1) {
+            let all = if j < fitted { 1.0 + share } else { 1.0 };
+            column.iter_mut().zip(&scale).for_each(|(x, s)| *x *= all * s);
         }
         self.take_off_sway(&mut out);
         Some(out)
@@ -166,6 +157,34 @@ impl Model<'_> {
             for mut column in rows.column_iter_mut() {
                 let mean = (0..n).map(|i| column[3 * i + axis]).sum::<f64>() / n as f64;
                 (0..n).for_each(|i| column[3 * i + axis] -= off * mean);
+            }
+        }
+    }
+}
+
+/// Columns `[J | value]` of the markers of one frame in the camera's view, in metres: `u` holds displacements and their
+/// derivatives (value first) of all markers.
+fn turned(u: &DMatrix<f64>, turn: &[[Dual; 3]; 3], frame: &Frame, out: &mut DMatrix<f64>) {
+    let fitted = u.ncols() - 1;
+    // Derivatives of the camera's matrix: column, parameter, value.
+    let turning: [Vec<(usize, usize, f64)>; 3] = [0, 1, 2].map(|axis: usize| {
+        let by = |k: usize| gradient(&turn[axis][k], fitted);
+        let all = (0..3).flat_map(|k| by(k).iter().enumerate().map(|(j, s)| (k, j, *s)).collect::<Vec<_>>());
+        all.filter(|(.., slope)| *slope != 0.0).collect()
+    });
+    for (n, (marker, _)) in frame.seen.iter().enumerate() {
+        let own = u.fixed_rows::<3>(3 * marker);
+        for axis in 0..3 {
+            let row = 3 * n + axis;
+            for k in 0..3 {
+                let t = turn[axis][k].re;
+                out[(row, fitted)] += t * own[(k, 0)];
+                for j in 0..fitted {
+                    out[(row, j)] += t * own[(k, 1 + j)];
+                }
+            }
+            for &(k, j, slope) in &turning[axis] {
+                out[(row, j)] += slope * own[(k, 0)];
             }
         }
     }

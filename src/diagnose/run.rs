@@ -57,7 +57,7 @@ fn diagnosed(
         return Err(DiagnoseError::TooFewPokes { pokes: model.tracks.len() });
     }
     progress(Progress::Screening);
-    let selection = select(&model, &mut |done, of| progress(Progress::Refitting { done, of }))
+    let selection = select(&model, &mut |acting, entries| progress(Progress::Refitting { acting, entries }))
         .ok_or(DiagnoseError::Singular)?;
     let chosen = selection.chosen.map_or(&selection.base, |i| &selection.tried[i].fitted);
     let before = left(&model, &selection.base)?;

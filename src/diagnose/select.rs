@@ -5,9 +5,9 @@ use super::knob::Knob;
 use super::left::Left;
 use super::model::{Acting, Model};
 use super::physics::Physics;
-use super::refit::{Fitted, descend};
+use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
 use super::starts::{Start, ready, starts};
-use super::verdict::beyond_noise;
+use super::verdict::{alike, beyond_noise};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -42,11 +42,16 @@ pub(super) struct Selection {
     pub chosen: Option<usize>,
 }
 
-/// Steps of a fit in a look at first order: to the start's own valley, and one by which it is judged.
-const LOOK: usize = 1;
+/// A look at first order, where it does not start from the baseline: a step to the start's own valley, and one by which it is judged.
+const LOOK: Effort = Effort { steps: 1, ..IN_FULL };
 
-/// Most steps of a refit.
-const REFIT: usize = 25;
+/// Contenders come to rest where a step gains less than this: what is chosen goes on from there.
+const CONTENDED: f64 = 1.0;
+
+/// What a descent may gain over the promise of its next step: of an effect whose place and size are still to be found, and
+/// of the rest of a fit after something was taken away.
+const FROM_FAR: f64 = 4.0;
+const FROM_CLOSE: f64 = 1.5;
 
 /// So many entries are refitted in full in each round, if they promise this share of what the best one does.
 const BEST: usize = 5;
@@ -75,62 +80,39 @@ const PATCH: f64 = 30.0;
 
 /// Chooses.
 pub(super) fn select(model: &Model<'_>, progress: &mut dyn FnMut(usize, usize)) -> Option<Selection> {
-    let base = descend(model, &Acting::default(), model.start(&[]), REFIT)?;
+    let base = descend(model, &Acting::default(), model.start(&[]), IN_FULL)?;
     let mut screened = screen(model, &base, &[]);
-    screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let mut selection = Selection { base, screened: screened.clone(), tried: Vec::new(), chosen: None };
     for round in 0..MOST {
-        let (current, physics, cost) = match selection.chosen {
-            Some(i) => {
-                let tried = &selection.tried[i];
-                (tried.fitted.clone(), tried.physics.clone(), tried.fitted.cost)
-            }
-            None => (selection.base.clone(), Vec::new(), selection.base.cost),
+        let (current, physics) = match selection.chosen.map(|i| &selection.tried[i]) {
+            Some(tried) => (tried.fitted.clone(), tried.physics.clone()),
+            None => (selection.base.clone(), Vec::new()),
         };
         if round > 0 {
             screened = screen(model, &current, &physics);
-            screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         }
-        let first_gain = selection.base.cost - cost;
-        let least = |physics: Physics| least(model, &selection.base, physics).max(LEAST_SHARE * first_gain);
+        let share = LEAST_SHARE * (selection.base.cost - current.cost);
+        let least = |physics: Physics| least(model, &selection.base, physics).max(share);
         let best_gain = screened.first().map_or(0.0, |s| s.gain);
         let promising =
             |s: &&Screened| s.gain > 0.5 * least(s.start.physics) && s.gain > PROMISING * best_gain;
         let worth: Vec<&Screened> = screened.iter().filter(promising).collect();
         let contenders = best_of_each(&worth, BEST);
-        progress(round, contenders.len());
-        // What many threads will ask for is worked out by one.
-        for start in contenders.iter().flatten().map(|s| &s.start).filter(|s| LARGE.contains(&s.physics)) {
-            model.refine();
-            ready(model, &start.knobs);
-        }
-        let refitted: Vec<Tried> = contenders
-            .par_iter()
-            .filter_map(|starts| {
-                let fits = starts.iter().filter_map(|s| {
-                    let (acting, at) = extended(model, &current, &s.start.knobs);
-                    descend(model, &acting, at, REFIT)
-                });
-                let fitted = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-                let mut all = physics.clone();
-                all.push(starts[0].start.physics);
-                Some(Tried { physics: all, fitted })
-            })
-            .collect();
+        progress(physics.len(), contenders.len());
+        let mut refitted = contend(model, &current, &physics, &contenders);
+        let held_out_before = current.held_out(model).map(|h| h.iter().sum::<f64>());
+        refitted.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+        let best = refitted.iter().position(|tried| {
+            let gain = current.cost - tried.fitted.cost;
+            tried.physics.last().is_some_and(|physics| gain >= least(*physics))
+                && believed(model, &tried.fitted, held_out_before, current.chi2())
+        });
         let known = selection.tried.len();
         selection.tried.extend(refitted);
-        let before = current.held_out(model).map(|h| h.iter().sum::<f64>());
-        let earns = |&i: &usize| {
-            let tried = &selection.tried[i];
-            let gain = cost - tried.fitted.cost;
-            tried.physics.last().is_some_and(|physics| gain >= least(*physics))
-                && believed(model, &tried.fitted, before, current.chi2())
-        };
-        let mut by_cost: Vec<usize> = (known..selection.tried.len()).collect();
-        by_cost.sort_by(|&a, &b| selection.tried[a].fitted.cost.total_cmp(&selection.tried[b].fitted.cost));
-        let Some(best) = by_cost.into_iter().find(earns) else { break };
-        let pruned = pruned(model, &selection.tried[best].fitted);
-        selection.tried[best].fitted = pruned;
+        let Some(best) = best else { break };
+        let best = known + best;
+        let rested = descend_from(model, selection.tried[best].fitted.clone(), IN_FULL);
+        selection.tried[best].fitted = pruned(model, rested);
         selection.chosen = Some(best);
         thin(model, &mut selection);
         if nothing_left(model, &selection)? {
@@ -138,6 +120,44 @@ pub(super) fn select(model: &Model<'_>, progress: &mut dyn FnMut(usize, usize)) 
         }
     }
     Some(selection)
+}
+
+/// Refits contenders, the most promising first: the others go on while they might come close to it.
+fn contend(
+    model: &Model<'_>,
+    current: &Fitted,
+    physics: &[Physics],
+    contenders: &[Vec<&Screened>],
+) -> Vec<Tried> {
+    // What many threads will ask for is worked out by one.
+    for start in contenders.iter().flatten().map(|s| &s.start).filter(|s| LARGE.contains(&s.physics)) {
+        model.refine();
+        ready(model, &start.knobs, true);
+    }
+    let refit = |starts: &[&Screened], beaten_by: Option<f64>| -> Option<Tried> {
+        let added = starts.first()?.start.physics;
+        let mut best: Option<Fitted> = None;
+        for screened in starts {
+            let (mut acting, at) = extended(model, current, &screened.start.knobs);
+            acting.fine |= LARGE.contains(&added);
+            let to_beat = best.iter().map(|b| b.cost).chain(beaten_by).fold(f64::INFINITY, f64::min);
+            let hopeless = to_beat + 2.0 * alike(current.cost - to_beat);
+            let effort = Effort { at_rest: CONTENDED, optimism: FROM_FAR, hopeless, ..IN_FULL };
+            let Some(fitted) = descend(model, &acting, at, effort) else { continue };
+            if best.as_ref().is_none_or(|b| fitted.cost < b.cost) {
+                best = Some(fitted);
+            }
+        }
+        let all = physics.iter().copied().chain([added]).collect();
+        Some(Tried { physics: all, fitted: best? })
+    };
+    let Some((first, others)) = contenders.split_first() else { return Vec::new() };
+    let first = refit(first, None);
+    let beaten_by = first.as_ref().map(|tried| tried.fitted.cost);
+    first
+        .into_iter()
+        .chain(others.par_iter().filter_map(|starts| refit(starts, beaten_by)).collect::<Vec<_>>())
+        .collect()
 }
 
 /// Whether pokes that a fit did not see are predicted better by a good part of what it gains on those that it saw.
@@ -191,7 +211,9 @@ fn thin(model: &Model<'_>, selection: &mut Selection) {
             .par_iter()
             .filter_map(|&gone| {
                 let (acting, at) = reduced(model, &chosen.fitted, |knob| knob.physics() != gone);
-                let fitted = descend(model, &acting, at, REFIT)?;
+                let hopeless = chosen.fitted.cost + least;
+                let effort = Effort { optimism: FROM_CLOSE, hopeless, ..IN_FULL };
+                let fitted = descend(model, &acting, at, effort)?;
                 let physics = chosen.physics.iter().copied().filter(|p| *p != gone).collect();
                 Some(Tried { physics, fitted })
             })
@@ -208,15 +230,16 @@ fn thin(model: &Model<'_>, selection: &mut Selection) {
 }
 
 /// The fit without the patches that it no longer needs.
-fn pruned(model: &Model<'_>, fitted: &Fitted) -> Fitted {
-    let mut best = fitted.clone();
+fn pruned(model: &Model<'_>, fitted: Fitted) -> Fitted {
+    let mut best = fitted;
     for patch in 0..model.patches() {
         let mut acting = best.acting.clone();
         if acting.without.contains(&patch) {
             continue;
         }
         acting.without.push(patch);
-        if let Some(tried) = descend(model, &acting, best.at.clone(), REFIT)
+        let effort = Effort { optimism: FROM_CLOSE, hopeless: best.cost + PATCH, ..IN_FULL };
+        if let Some(tried) = descend(model, &acting, best.at.clone(), effort)
             && tried.cost - best.cost < PATCH
         {
             best = tried;
@@ -225,9 +248,9 @@ fn pruned(model: &Model<'_>, fitted: &Fitted) -> Fitted {
     best
 }
 
-/// Every entry but those that act already, from all its starts.
+/// Every entry but those that act already, from all its starts; the most promising first.
 fn screen(model: &Model<'_>, current: &Fitted, physics: &[Physics]) -> Vec<Screened> {
-    starts(model, current)
+    let mut screened: Vec<Screened> = starts(model, current)
         .into_par_iter()
         .filter(|start| !physics.contains(&start.physics))
         .filter_map(|start| {
@@ -235,26 +258,36 @@ fn screen(model: &Model<'_>, current: &Fitted, physics: &[Physics]) -> Vec<Scree
                 return Some(Screened { start, gain });
             }
             let (acting, at) = extended(model, current, &start.knobs);
-            let looked = descend(model, &acting, at, LOOK)?;
+            let begun = Fitted::new(model, &acting, at)?;
+            // What starts from the baseline itself is judged there.
+            let neutral = (begun.cost - current.cost).abs() < 1e-9 * current.cost;
+            let looked = if neutral { begun } else { descend_from(model, begun, LOOK) };
             let gain = current.cost - looked.cost + looked.promised(model);
             Some(Screened { start, gain })
         })
-        .collect()
+        .collect();
+    screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    screened
 }
 
-/// The best two starts of the best few entries.
+/// The best start of the best few entries, and a second one that promises a good part of it.
 fn best_of_each<'a>(sorted: &[&'a Screened], entries: usize) -> Vec<Vec<&'a Screened>> {
     let mut each: Vec<Vec<&Screened>> = Vec::new();
     for &screened in sorted {
         let same = each.iter().position(|s| s[0].start.physics == screened.start.physics);
         match same {
-            Some(same) if each[same].len() < 2 => each[same].push(screened),
+            Some(same) if each[same].len() < 2 && screened.gain > SECOND * each[same][0].gain => {
+                each[same].push(screened);
+            }
             None if each.len() < entries => each.push(vec![screened]),
             _ => {}
         }
     }
     each
 }
+
+/// That part.
+const SECOND: f64 = 0.3;
 
 /// A fit with more knobs, where it would begin.
 pub(super) fn extended(model: &Model<'_>, current: &Fitted, knobs: &[(Knob, f64)]) -> (Acting, DVector<f64>) {

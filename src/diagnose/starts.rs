@@ -1,6 +1,6 @@
 //! Where the fit of each entry of the catalogue begins; several places where the misfit may have several valleys.
 
-use super::bulk::BulkKnob;
+use super::bulk::{BulkKnob, Lab};
 use super::dual::Dual;
 use super::effects::Effects;
 use super::extra::Large;
@@ -66,7 +66,11 @@ pub(super) fn starts(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
 
 /// Laws that are not linear. What a start needs of them is worked out here, before many threads ask for it.
 fn large(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
-    let Some(shelf) = model.shelf() else { return Vec::new() };
+    // Two such laws at once are not modelled.
+    if current.acting.fine {
+        return Vec::new();
+    }
+    let Some(shelf) = model.shelf(false) else { return Vec::new() };
     let modulus = current.at[0].exp();
     let mut starts = vec![
         (Physics::FiniteStrain, vec![(Knob::FiniteStrain, 1.0)]),
@@ -81,37 +85,81 @@ fn large(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
     if model.settled.recording.phantom.gravity.is_none() {
         starts.push((Physics::SelfWeight, (0..3).map(|axis| (Knob::Gravity(axis), 0.0)).collect()));
     }
-    starts.retain(|(_, knobs)| ready(model, knobs));
+    starts.retain(|(_, knobs)| ready(model, knobs, false));
     starts.into_iter().map(|(physics, knobs)| Start { physics, knobs, gain: None }).collect()
 }
 
 /// Whether the law of these knobs, if there is one, has an answer. Works it out, so that many threads may ask for it after.
-pub(super) fn ready(model: &Model<'_>, knobs: &[(Knob, f64)]) -> bool {
+pub(super) fn ready(model: &Model<'_>, knobs: &[(Knob, f64)], fine: bool) -> bool {
     let mut effects = Effects::neutral(0);
     knobs.iter().for_each(|(knob, value)| knob.set(&mut effects, Dual::from(*value)));
-    let answers = |large: &Large| model.shelf().is_some_and(|shelf| shelf.extra(large).is_ok());
+    let answers = |large: &Large| model.shelf(fine).is_some_and(|shelf| shelf.extra(large).is_ok());
     effects.large.as_ref().is_none_or(answers)
 }
 
-/// Changes of the body, by a scan of their places and typical amounts.
+/// Changes of the body, by a scan of their places and typical amounts. The best places that are not neighbours are moved to
+/// where the scan likes them most.
 fn bulk(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
     let (Some(lab), Some(scan)) = (model.lab(), Scan::new(model, current)) else { return Vec::new() };
     let mut starts = Vec::new();
     for physics in BULK {
-        let mut scanned: Vec<(f64, Vec<(BulkKnob, f64)>)> = lab
-            .places(physics)
-            .into_par_iter()
-            .filter_map(|knobs| Some((scan.gain(&lab.first_order(&knobs).ok()?)?, knobs)))
-            .collect();
+        let mut scanned: Vec<(f64, Vec<(BulkKnob, f64)>)> =
+            lab.places(physics).par_iter().flat_map_iter(|place| looked(lab, &scan, place)).collect();
         scanned.sort_by(|a, b| b.0.total_cmp(&a.0));
-        starts.extend(scanned.into_iter().take(BEST_PLACES).map(|(gain, knobs)| Start {
-            physics,
-            knobs: knobs.into_iter().map(|(knob, value)| (Knob::Bulk(knob), value)).collect(),
-            gain: Some(gain),
+        let mut kept: Vec<(f64, Vec<(BulkKnob, f64)>)> = Vec::new();
+        for (gain, knobs) in scanned {
+            if kept.iter().all(|(_, other)| lab.apart(&knobs, other)) {
+                kept.push((gain, knobs));
+            }
+            if kept.len() == BEST_PLACES {
+                break;
+            }
+        }
+        starts.extend(kept.into_iter().map(|(gain, knobs)| {
+            let (gain, knobs) =
+                if gain < WORTH_MOVING { (gain, knobs) } else { moved(lab, &scan, gain, knobs) };
+            let knobs = knobs.into_iter().map(|(knob, value)| (Knob::Bulk(knob), value)).collect();
+            Start { physics, knobs, gain: Some(gain) }
         }));
     }
     starts
 }
+
+/// What a change, and the opposite one if there is one, would gain.
+fn looked(lab: &Lab<'_>, scan: &Scan, knobs: &[(BulkKnob, f64)]) -> Vec<(f64, Vec<(BulkKnob, f64)>)> {
+    let both = lab.first_order_both(knobs).unwrap_or_default();
+    both.into_iter().filter_map(|(knobs, change)| Some((scan.gain(&change)?, knobs))).collect()
+}
+
+/// Moves a place and its size, one knob after the other, to where the scan likes them most.
+fn moved(lab: &Lab<'_>, scan: &Scan, gain: f64, knobs: Vec<(BulkKnob, f64)>) -> (f64, Vec<(BulkKnob, f64)>) {
+    let mut best = (gain, knobs);
+    let mut share = 1.0;
+    for _ in 0..HALVINGS {
+        for i in 0..best.1.len() {
+            if !best.1[i].0.is_place() {
+                continue;
+            }
+            let (bounds, longest) = lab.range(best.1[i].0);
+            for sign in [-1.0, 1.0] {
+                let mut knobs = best.1.clone();
+                knobs[i].1 = (knobs[i].1 + sign * share * longest).clamp(bounds[0], bounds[1]);
+                let found = lab.first_order(&knobs).ok().and_then(|change| scan.gain(&change));
+                if let Some(gain) = found.filter(|gain| *gain > best.0) {
+                    best = (gain, knobs);
+                }
+            }
+        }
+        share *= 0.5;
+    }
+    best
+}
+
+/// A gain below which a place is left where it is.
+const WORTH_MOVING: f64 = 30.0;
+
+/// Rounds of moving, each by half as much.
+const HALVINGS: usize = 3;
 
 /// Entries that change the body.
 const BULK: [Physics; 5] = [

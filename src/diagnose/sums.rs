@@ -47,7 +47,7 @@ impl PokeSums {
         if !counts || rows.nrows() == 0 {
             return;
         }
-        let gram = (rows.transpose() * rows) / inflation;
+        let gram = gram(rows) / inflation;
         let place = |i: usize| if i < fitted { i } else { share };
         for i in 0..=fitted {
             for j in 0..=fitted {
@@ -57,6 +57,20 @@ impl PokeSums {
         }
         self.cost += gram[(fitted + 1, fitted + 1)];
     }
+}
+
+/// `RᵀR`: columns lie in memory one after the other.
+fn gram(rows: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = rows.ncols();
+    let mut gram = DMatrix::zeros(n, n);
+    for i in 0..n {
+        for j in 0..=i {
+            let product = rows.column(i).dot(&rows.column(j));
+            gram[(i, j)] = product;
+            gram[(j, i)] = product;
+        }
+    }
+    gram
 }
 
 #[cfg(test)]

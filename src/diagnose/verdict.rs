@@ -4,6 +4,7 @@ use super::diagnosis::{Phase, Verdict};
 use super::left::{Left, Mean};
 use super::model::Model;
 use super::physics::Physics;
+use super::refit::End;
 use super::select::{Selection, Tried};
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -37,6 +38,11 @@ pub(super) struct Evidence {
 const ALIKE: f64 = 25.0;
 const ALIKE_SHARE: f64 = 0.03;
 
+/// By how much less a reading may explain that is not told apart from one with this gain.
+pub(super) fn alike(gain: f64) -> f64 {
+    ALIKE.max(ALIKE_SHARE * gain)
+}
+
 /// A reading that removes less than this share of what was left beyond noise does not explain the recording.
 const EXPLAINS: f64 = 0.8;
 
@@ -66,7 +72,7 @@ pub(super) fn judge(
         confidence: NOTHING_LEFT_OUT,
         ambiguous_with: Vec::new(),
     };
-    let mut remarks = Vec::new();
+    let mut remarks = model.remarks();
     if let Some(chosen) = chosen {
         let gain = selection.base.cost - chosen.fitted.cost;
         let others = others(selection, chosen);
@@ -93,7 +99,7 @@ pub(super) fn judge(
         } else {
             verdict.physics.clone_from(&chosen.physics);
             verdict.confidence = sure;
-            let limit = ALIKE.max(ALIKE_SHARE * gain);
+            let limit = alike(gain);
             for other in others.iter().filter(|o| o.fitted.cost - chosen.fitted.cost < limit) {
                 for &physics in other.physics.iter().filter(|p| !chosen.physics.contains(p)) {
                     if !verdict.ambiguous_with.contains(&physics) {
@@ -112,6 +118,9 @@ pub(super) fn judge(
     } else if detected {
         verdict.unexplained = true;
         verdict.confidence = 0.5;
+    }
+    if chosen.is_some_and(|c| c.fitted.end != End::AtRest) {
+        remarks.push("the fit had not come to rest after its last step; its values may be off".to_owned());
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
     Judged { detected, p_value, verdict, properties, remarks }
@@ -203,6 +212,9 @@ impl Judged {
             }
             Some(_) if selection.chosen == Some(tried) => {
                 "nothing explains as much with as little".to_owned()
+            }
+            Some(_) if own.fitted.end == End::GivenUp => {
+                "given up: it could not have come close to what explains more".to_owned()
             }
             Some(chosen) if own.fitted.cost < chosen.fitted.cost => {
                 "what it adds is no more than chance or elements can".to_owned()

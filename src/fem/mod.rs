@@ -40,5 +40,5 @@ pub use punch::turning_compliance;
 pub use space::{Face, Space};
 pub use spot::{Functional, Spot, SpotKind};
 pub use tip::{Pressed, Tip, TipFace};
-pub use variation::{Constants, Loose, Moments, NodalForces, Part, Varied, nodal_loads, readings};
+pub use variation::{Constants, Loose, Moments, NodalForces, Part, Stiffness, Varied, nodal_loads, readings};
 pub use wrench::wrench_loads;

@@ -50,7 +50,8 @@ impl Model {
             return Err(FemError::NotHeld { surface: fixed.to_owned() });
         }
         let skeleton = Skeleton::new(&space, &held)?;
-        let factor = skeleton.factor(&space, |cell| cell_stiffness(&space, cell, poisson_ratio))?;
+        let stiffness = skeleton.assembled(&space, |cell| cell_stiffness(&space, cell, poisson_ratio));
+        let factor = skeleton.factor(&space, &stiffness, &[], &[], &[])?;
         Ok(Self { space, poisson_ratio, held, skeleton, factor })
     }
 

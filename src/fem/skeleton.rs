@@ -49,71 +49,59 @@ impl Skeleton {
         Ok(Self { unknown, unknowns, lists, pattern, analysis })
     }
 
-    /// Puts the stiffness of all cells together (row-major, as [`cell_stiffness`](super::cell_stiffness) gives it) and
-    /// factors it.
+    /// The stiffness of all cells together (row-major, as [`cell_stiffness`](super::cell_stiffness) gives it).
+    pub(super) fn assembled(
+        &self,
+        space: &Space,
+        stiffness: impl Fn(u32) -> Vec<f64> + Sync,
+    ) -> SymmetricMatrix {
+        let mut matrix = SymmetricMatrix::zeros(self.pattern.clone());
+        for chunk in (0..self.lists.len()).collect::<Vec<_>>().chunks(CELLS_AT_ONCE) {
+            let all: Vec<Vec<f64>> = chunk.par_iter().map(|&cell| stiffness(cell as u32)).collect();
+            chunk.iter().zip(&all).for_each(|(&cell, k)| self.add(&mut matrix, space, cell, k));
+        }
+        matrix
+    }
+
+    /// Factors a stiffness with `more` in some cells and `springs` besides; components that are `kept` (none where the list
+    /// is empty) stay where they are although they have unknowns.
     pub(super) fn factor(
         &self,
         space: &Space,
-        stiffness: impl Fn(u32) -> Vec<f64> + Sync,
-    ) -> Result<Factor, FemError> {
-        Ok(self.analysis.factor(&self.assembled(space, stiffness))?)
-    }
-
-    /// As [`Skeleton::factor`], with `springs` besides; components that are `kept` stay where they are although they
-    /// have unknowns.
-    pub(super) fn factor_kept(
-        &self,
-        space: &Space,
-        stiffness: impl Fn(u32) -> Vec<f64> + Sync,
+        stiffness: &SymmetricMatrix,
+        more: &[(u32, Vec<f64>)],
         springs: &[Part],
         kept: &[bool],
     ) -> Result<Factor, FemError> {
-        let masked = |parts: &[usize], mut k: Vec<f64>| {
-            let side = parts.len();
-            for (a, &c) in parts.iter().enumerate().filter(|(_, c)| kept[**c]) {
-                for b in 0..side {
-                    k[a * side + b] = 0.0;
-                    k[b * side + a] = 0.0;
-                }
-                debug_assert!(kept[c]);
-            }
-            k
-        };
-        let mut matrix = self.assembled(space, |cell| {
-            let parts: Vec<usize> = components(space.cell(cell)).collect();
-            masked(&parts, stiffness(cell))
-        });
-        for spring in springs {
-            let parts: Vec<usize> = spring.components.iter().map(|&c| c as usize).collect();
-            let list: Vec<u32> = parts.iter().map(|&c| self.unknown[c]).collect();
-            matrix.add_element(&list, &masked(&parts, spring.matrix.as_slice().to_vec()));
+        if more.is_empty() && springs.is_empty() && kept.is_empty() {
+            return Ok(self.analysis.factor(stiffness)?);
         }
-        for (_, &u) in kept.iter().zip(&self.unknown).filter(|(kept, u)| **kept && **u != HELD) {
-            matrix.add(u as usize, u as usize, 1.0)?;
+        let mut matrix = stiffness.clone();
+        more.iter().for_each(|(cell, k)| self.add(&mut matrix, space, *cell as usize, k));
+        for spring in springs {
+            let list: Vec<u32> = spring.components.iter().map(|&c| self.unknown[c as usize]).collect();
+            matrix.add_element(&list, spring.matrix.as_slice());
+        }
+        if kept.iter().any(|kept| *kept) {
+            let mut pinned = vec![false; self.unknowns];
+            for (_, &u) in kept.iter().zip(&self.unknown).filter(|(kept, u)| **kept && **u != HELD) {
+                pinned[u as usize] = true;
+            }
+            matrix.pin(&pinned);
         }
         Ok(self.analysis.factor(&matrix)?)
     }
 
-    fn assembled(&self, space: &Space, stiffness: impl Fn(u32) -> Vec<f64> + Sync) -> SymmetricMatrix {
-        let mut matrix = SymmetricMatrix::zeros(self.pattern.clone());
+    /// Adds the stiffness `k` of one cell.
+    fn add(&self, matrix: &mut SymmetricMatrix, space: &Space, cell: usize, k: &[f64]) {
         let side = 3 * Order::cell_nodes(space.order());
-        for chunk in (0..self.lists.len()).collect::<Vec<_>>().chunks(CELLS_AT_ONCE) {
-            let all: Vec<Vec<f64>> = chunk.par_iter().map(|&cell| stiffness(cell as u32)).collect();
-            for (&cell, k) in chunk.iter().zip(&all) {
-                let free: Vec<usize> = components(space.cell(cell as u32))
-                    .enumerate()
-                    .filter(|&(_, c)| self.unknown[c] != HELD)
-                    .map(|(local, _)| local)
-                    .collect();
-                let block: Vec<f64> = free
-                    .iter()
-                    .flat_map(|&a| free.iter().map(move |&b| (a, b)))
-                    .map(|(a, b)| k[a * side + b])
-                    .collect();
-                matrix.add_element(&self.lists[cell], &block);
-            }
-        }
-        matrix
+        let free: Vec<usize> = components(space.cell(cell as u32))
+            .enumerate()
+            .filter(|&(_, c)| self.unknown[c] != HELD)
+            .map(|(local, _)| local)
+            .collect();
+        let block: Vec<f64> = free.iter().flat_map(|&a| free.iter().map(move |&b| k[a * side + b])).collect();
+        matrix.add_element(&self.lists[cell], &block);
     }
 }
 

@@ -12,7 +12,7 @@ use super::skeleton::{HELD, Skeleton, components};
 use super::space::Space;
 use super::spot::Functional;
 use crate::geometry::{Mat3, Vec3};
-use crate::sparse::Factor;
+use crate::sparse::{Factor, SymmetricMatrix};
 use nalgebra::DMatrix;
 
 /// Elastic constants over the unvaried modulus, or a change of them.
@@ -118,6 +118,7 @@ impl Moments {
 }
 
 /// Nodal forces `δK u` of a change of stiffness, put together part by part, for several fields at once.
+#[derive(Debug, Clone)]
 pub struct NodalForces<'a> {
     fields: &'a DMatrix<f64>,
     /// Place of each component among those touched.
@@ -153,9 +154,23 @@ impl<'a> NodalForces<'a> {
 
     /// Their work on other fields: other loads × loads.
     pub fn work(&self, other: &DMatrix<f64>) -> DMatrix<f64> {
-        let forces = DMatrix::from_column_slice(self.fields.nrows(), self.touched.len(), &self.forces);
+        self.work_on(&self.touched_of(other))
+    }
+
+    /// The work of several that were put together from the same parts in the same order.
+    pub fn work_of(all: &[Self], other: &DMatrix<f64>) -> Vec<DMatrix<f64>> {
+        let Some(first) = all.first() else { return Vec::new() };
+        let touched = first.touched_of(other);
+        all.iter().map(|forces| forces.work_on(&touched)).collect()
+    }
+
+    fn touched_of(&self, other: &DMatrix<f64>) -> DMatrix<f64> {
         other.select_columns(self.touched.iter().map(|&c| c as usize).collect::<Vec<_>>().iter())
-            * forces.transpose()
+    }
+
+    fn work_on(&self, touched: &DMatrix<f64>) -> DMatrix<f64> {
+        let forces = DMatrix::from_column_slice(self.fields.nrows(), self.touched.len(), &self.forces);
+        touched * forces.transpose()
     }
 
     /// On these components: loads × components.
@@ -179,6 +194,9 @@ impl<'a> NodalForces<'a> {
 /// Unknowns of a body that nothing holds: where glue may give or let go.
 pub struct Loose(Skeleton);
 
+/// The stiffness of a body, put together from its cells.
+pub struct Stiffness(SymmetricMatrix);
+
 /// A body of the same elements as a model, of another stiffness or hold, factored.
 pub struct Varied<'a> {
     skeleton: &'a Skeleton,
@@ -187,26 +205,47 @@ pub struct Varied<'a> {
 }
 
 impl Model {
-    /// The body with the stiffness of every cell as given (row-major, side three times its nodes), held as it is.
-    pub fn varied(&self, stiffness: impl Fn(u32) -> Vec<f64> + Sync) -> Result<Varied<'_>, FemError> {
-        let factor = self.skeleton().factor(self.space(), stiffness)?;
+    /// The stiffness of the body as it is held, every cell's as given (row-major, side three times its nodes).
+    pub fn stiffness(&self, of_cell: impl Fn(u32) -> Vec<f64> + Sync) -> Stiffness {
+        Stiffness(self.skeleton().assembled(self.space(), of_cell))
+    }
+
+    /// As [`Model::stiffness`], of the body that nothing holds.
+    pub fn loose_stiffness(&self, loose: &Loose, of_cell: impl Fn(u32) -> Vec<f64> + Sync) -> Stiffness {
+        Stiffness(loose.0.assembled(self.space(), of_cell))
+    }
+
+    /// The body of this stiffness and `more` in some cells, held as it is.
+    ///
+    /// # Errors
+    /// What the factorisation refuses.
+    pub fn varied(&self, stiffness: &Stiffness, more: &[(u32, Vec<f64>)]) -> Result<Varied<'_>, FemError> {
+        let factor = self.skeleton().factor(self.space(), &stiffness.0, more, &[], &[])?;
         Ok(Varied { skeleton: self.skeleton(), factor, kept: Vec::new() })
     }
 
     /// The unknowns of the body without its hold.
+    ///
+    /// # Errors
+    /// What the analysis refuses.
     pub fn loose(&self) -> Result<Loose, FemError> {
         Ok(Loose(Skeleton::new(self.space(), &vec![false; self.space().nodes().len()])?))
     }
 
-    /// As [`Model::varied`], the hold replaced: components `kept` stay where they are, `springs` pull besides.
+    /// As [`Model::varied`], the hold replaced: components `kept` stay where they are, `springs` pull besides. The stiffness
+    /// is that of [`Model::loose_stiffness`].
+    ///
+    /// # Errors
+    /// What the factorisation refuses.
     pub fn varied_hold<'a>(
         &self,
         loose: &'a Loose,
-        stiffness: impl Fn(u32) -> Vec<f64> + Sync,
+        stiffness: &Stiffness,
+        more: &[(u32, Vec<f64>)],
         springs: &[Part],
         kept: Vec<bool>,
     ) -> Result<Varied<'a>, FemError> {
-        let factor = loose.0.factor_kept(self.space(), stiffness, springs, &kept)?;
+        let factor = loose.0.factor(self.space(), &stiffness.0, more, springs, &kept)?;
         Ok(Varied { skeleton: &loose.0, factor, kept })
     }
 }
@@ -292,12 +331,19 @@ mod tests {
             Spot::disc(space, space.surface("z+"), &Vec3::new(0.03, 0.025, 0.02), 0.006).expect("on top");
         let loads = nodal_loads(space, &spot.weights);
         let plain = |c| cell_stiffness(space, c, 0.45);
-        let before = model.varied(plain).expect("sound").displace(&loads).expect("sound");
+        let before =
+            model.varied(&model.stiffness(plain), &[]).expect("sound").displace(&loads).expect("sound");
         let twice = |c| plain(c).iter().map(|k| 2.0 * k).collect();
-        let half = model.varied(twice).expect("sound").displace(&loads).expect("sound");
+        let half =
+            model.varied(&model.stiffness(twice), &[]).expect("sound").displace(&loads).expect("sound");
         assert!((&before - half * 2.0).amax() < 1e-12 * before.amax());
 
         let loose = model.loose().expect("sound");
+        let whole = model.loose_stiffness(&loose, plain);
+        let more: Vec<(u32, Vec<f64>)> = (0..space.cells().len() as u32).map(|c| (c, plain(c))).collect();
+        let doubled = model.varied(&model.stiffness(plain), &more).expect("sound");
+        let doubled = doubled.displace(&loads).expect("sound");
+        assert!((&before - doubled * 2.0).amax() < 1e-12 * before.amax());
         let held = space.on_surface("z-");
         let components: Vec<u32> =
             (0..space.components()).filter(|c| held[c / 3]).map(|c| c as u32).collect();
@@ -308,11 +354,11 @@ mod tests {
                 .collect()
         };
         let none = vec![false; space.components()];
-        let stiff = model.varied_hold(&loose, plain, &spring(1e7), none).expect("sound");
+        let stiff = model.varied_hold(&loose, &whole, &[], &spring(1e7), none).expect("sound");
         let stiff = stiff.displace(&loads).expect("sound");
         assert!((&before - stiff).amax() < 1e-7 * before.amax());
         let kept = (0..space.components()).map(|c| held[c / 3]).collect();
-        let kept = model.varied_hold(&loose, plain, &[], kept).expect("sound");
+        let kept = model.varied_hold(&loose, &whole, &[], &[], kept).expect("sound");
         let kept = kept.displace(&loads).expect("sound");
         assert!((&before - kept).amax() < 1e-11 * before.amax());
 

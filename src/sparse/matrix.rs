@@ -61,6 +61,22 @@ impl SymmetricMatrix {
         Ok(())
     }
 
+    /// Replaces rows and columns of the unknowns that are `pinned` by those of the identity.
+    ///
+    /// # Panics
+    /// When `pinned` does not have one flag for each unknown.
+    pub fn pin(&mut self, pinned: &[bool]) {
+        assert_eq!(pinned.len(), self.pattern.dimension(), "one flag for each unknown");
+        for (column, &gone) in pinned.iter().enumerate() {
+            for place in self.pattern.column(column) {
+                let row = self.pattern.rows()[place] as usize;
+                if gone || pinned[row] {
+                    self.values[place] = if row == column { 1.0 } else { 0.0 };
+                }
+            }
+        }
+    }
+
     /// `y = A x` with the full symmetric matrix.
     ///
     /// # Panics
@@ -133,6 +149,16 @@ mod tests {
             }
         }
         full
+    }
+
+    #[test]
+    fn a_pinned_unknown_answers_for_itself_alone() {
+        let pattern = Arc::new(Pattern::from_elements(3, [[0_u32, 1, 2].as_slice()].into_iter()));
+        let mut matrix = SymmetricMatrix::zeros(pattern);
+        matrix.add_element(&[0, 1, 2], &[4.0, 1.0, 2.0, 1.0, 5.0, 3.0, 2.0, 3.0, 6.0]);
+        matrix.pin(&[false, true, false]);
+        let expected = DMatrix::from_row_slice(3, 3, &[4.0, 0.0, 2.0, 0.0, 1.0, 0.0, 2.0, 0.0, 6.0]);
+        assert_eq!(dense(&matrix), expected);
     }
 
     #[test]

@@ -57,6 +57,13 @@ impl BodyChange {
         moved
     }
 
+    /// As much in the other direction.
+    pub(super) fn opposite(&self) -> Self {
+        let mut opposite = self.clone();
+        opposite.fields().into_iter().for_each(|field| field.value.neg_mut());
+        opposite
+    }
+
     /// Without derivatives.
     pub(super) fn plain(
         tips_tips: DMatrix<f64>,

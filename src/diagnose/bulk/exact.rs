@@ -13,6 +13,7 @@ use crate::fem::{
     Constants, Moments, NodalForces, Part, Space, Varied, cell_stiffness, readings, tet_quadrature,
 };
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 /// Everything seen under everything loaded, less the baseline, with derivatives by each knob.
 struct Difference {
@@ -93,21 +94,31 @@ impl Lab<'_> {
         }
         let space = self.model.space();
         let cells = changed.inclusion.map_or_else(Vec::new, |i| i.ball.cells(space, false));
-        let mut in_ball = vec![usize::MAX; if cells.is_empty() { 0 } else { space.cells().len() }];
-        cells.iter().enumerate().for_each(|(i, (cell, _))| in_ball[*cell as usize] = i);
         let constants = changed.law.constants();
         let nu = self.model.poisson_ratio();
         let plain = constants == Constants::isotropic(nu);
-        let stiffness = |cell: u32| match in_ball.get(cell as usize) {
-            Some(&i) if i != usize::MAX => ball_moments(space, &cells[i], &changed).stiffness(&constants),
-            _ if plain => cell_stiffness(space, cell, nu),
-            _ => whole_moments(space, cell).stiffness(&constants),
+        let of_cell = |cell: u32| whole_moments(space, cell).stiffness(&constants);
+        let of_ball = |of_ball: &(u32, Vec<BallPoint>)| {
+            let own = ball_moments(space, of_ball, &changed).stiffness(&constants);
+            let before = if plain { cell_stiffness(space, of_ball.0, nu) } else { of_cell(of_ball.0) };
+            (of_ball.0, own.iter().zip(&before).map(|(a, b)| a - b).collect())
         };
+        let more: Vec<(u32, Vec<f64>)> = cells.par_iter().map(of_ball).collect();
         let varied = if gives.is_some() || changed.loose.is_some() {
             let hold = self.glue.hold(space, changed.loose.as_ref(), changed.give_m)?;
-            self.model.varied_hold(self.loose()?, stiffness, &hold.springs, hold.kept)?
+            let loose = self.loose()?;
+            let made;
+            let stiffness = if plain {
+                self.loose_stiffness(loose)
+            } else {
+                made = self.model.loose_stiffness(loose, of_cell);
+                &made
+            };
+            self.model.varied_hold(loose, stiffness, &more, &hold.springs, hold.kept)?
+        } else if plain {
+            self.model.varied(self.stiffness(), &more)?
         } else {
-            self.model.varied(stiffness)?
+            self.model.varied(&self.model.stiffness(of_cell), &more)?
         };
         let fields = varied.displace(&self.forces)?;
         let mut value = readings(&self.seen, &fields) - &self.before;

@@ -9,6 +9,7 @@
 //!   Where the disc reaches over the end of the glue that is too little, as the rest of the hold takes over there;
 //! - a give of the hold by the tractions that it meets, without redistribution.
 
+use super::ball::Ball;
 use super::changes::{BodyChange, Changed};
 use super::exact::{shared_moments, whole_moments};
 use super::knob::BulkKnob;
@@ -16,11 +17,52 @@ use super::lab::Lab;
 use super::laws::screened;
 use super::loose::Loosened;
 use crate::diagnose::DiagnoseError;
-use crate::fem::NodalForces;
+use crate::fem::{Constants, NodalForces};
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
 
+/// Knobs, and what they change.
+type Look = (Vec<(BulkKnob, f64)>, BodyChange);
+
 impl Lab<'_> {
+    /// As [`Lab::first_order`], and for what may be more or less, also the opposite: a ball as much softer as this one is
+    /// stiffer, for a change of the whole body that of the other sign.
+    ///
+    /// # Errors
+    /// As [`Lab::changed`].
+    pub fn first_order_both(&self, knobs: &[(BulkKnob, f64)]) -> Result<Vec<Look>, DiagnoseError> {
+        let nu = self.model.poisson_ratio();
+        let opposite = || -> Vec<(BulkKnob, f64)> {
+            let turned = |knob: BulkKnob| knob == BulkKnob::BallRatio || knob.of_the_whole();
+            knobs.iter().map(|&(knob, value)| (knob, if turned(knob) { -value } else { value })).collect()
+        };
+        if let Some(inclusion) = Changed::of(knobs, nu)?.inclusion {
+            let ratios = [inclusion.ratio, 1.0 / inclusion.ratio];
+            let works = self.work_of_ball(&inclusion.ball, &ratios.map(|ratio| screened(ratio, nu)));
+            let both = [knobs.to_vec(), opposite()].into_iter().zip(works);
+            return Ok(both.map(|(knobs, work)| (knobs, BodyChange::of(&-work, &[], self.sites))).collect());
+        }
+        let change = self.first_order(knobs)?;
+        let mut both = Vec::new();
+        if knobs.iter().all(|(knob, _)| knob.of_the_whole()) {
+            both.push((opposite(), change.opposite()));
+        }
+        both.push((knobs.to_vec(), change));
+        Ok(both)
+    }
+
+    /// Work of these changes of constants inside a ball on the unchanged fields, of everything seen and everything loaded.
+    fn work_of_ball(&self, ball: &Ball, constants: &[Constants]) -> Vec<DMatrix<f64>> {
+        let space = self.model.space();
+        let mut forces = vec![NodalForces::of(&self.loaded); constants.len()];
+        for (cell, moments) in shared_moments(space, ball, true) {
+            for (forces, constants) in forces.iter_mut().zip(constants) {
+                forces.add(&moments.part(space, cell, constants));
+            }
+        }
+        NodalForces::work_of(&forces, &self.fields)
+    }
+
     /// As [`Lab::changed`], to first order in each change alone, without derivatives.
     ///
     /// # Errors
@@ -30,12 +72,9 @@ impl Lab<'_> {
         let (space, nu) = (self.model.space(), self.model.poisson_ratio());
         let mut value = DMatrix::zeros(self.seen.len(), self.loads);
         if let Some(inclusion) = changed.inclusion {
-            let constants = screened(inclusion.ratio, nu);
-            let mut forces = NodalForces::of(&self.loaded);
-            for (cell, moments) in shared_moments(space, &inclusion.ball, true) {
-                forces.add(&moments.part(space, cell, &constants));
+            for work in self.work_of_ball(&inclusion.ball, &[screened(inclusion.ratio, nu)]) {
+                value -= work;
             }
-            value -= forces.work(&self.fields);
         }
         for (knob, amount) in knobs.iter().filter(|(knob, _)| knob.of_the_whole()) {
             let (constants, size) = match knob {

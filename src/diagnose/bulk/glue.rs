@@ -11,7 +11,7 @@
 //! Left out: unilateral contact (a loose base may press, not pull), friction, and what the elements near the rim cannot
 //! resolve of its singular stress.
 
-use super::loose::{FACING, Loosened, fine_points, hats};
+use super::loose::{FACING, FINE, Loosened, QUICK, fine_points, hats};
 use crate::diagnose::DiagnoseError;
 use crate::fem::{
     FemError, Functional, Model, NodalForces, Part, Space, cell_stiffness, triangle_quadrature,
@@ -81,7 +81,7 @@ impl Glue {
             let size = space.face_triangle(face).area();
             let own = products(space, face, triangle_quadrature(4).into_iter().map(|(l, w)| (l, w * size)));
             mass.add_element(list, own.as_slice());
-            for (l, w) in fine_points() {
+            for (l, w) in fine_points(FINE) {
                 for (&node, h) in list.iter().zip(hats(space.order(), l)) {
                     area[node as usize] += h * w * size;
                 }
@@ -157,7 +157,7 @@ impl Glue {
                 Some((disc, _)) if !disc.reaches(&triangle.0) => continue,
                 Some((disc, m)) => {
                     let points =
-                        fine_points().map(|(l, w)| (l, w * size * m(disc.distance(&triangle.at(l)))));
+                        fine_points(QUICK).map(|(l, w)| (l, w * size * m(disc.distance(&triangle.at(l)))));
                     products(space, face, points)
                 }
             };
@@ -249,7 +249,8 @@ impl Glue {
             let across = loose.filter(|disc| disc.reaches(&triangle.0));
             let matrix = match across {
                 Some(disc) => {
-                    let points = fine_points().map(|(l, w)| (l, w * size * m(disc.share(&triangle.at(l)))));
+                    let points =
+                        fine_points(FINE).map(|(l, w)| (l, w * size * m(disc.share(&triangle.at(l)))));
                     products(space, face, points)
                 }
                 None if everywhere => {
@@ -272,7 +273,7 @@ impl Glue {
                 continue;
             }
             let size = triangle.area();
-            for (l, w) in fine_points() {
+            for (l, w) in fine_points(FINE) {
                 let share = disc.share(&triangle.at(l));
                 if share == [0.0; 4] {
                     continue;

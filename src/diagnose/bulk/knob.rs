@@ -83,6 +83,11 @@ impl BulkKnob {
         })
     }
 
+    /// Whether it says where a change is, or how large.
+    pub fn is_place(self) -> bool {
+        matches!(self, Self::BallCentre(_) | Self::BallRadius | Self::LooseCentre(_) | Self::LooseRadius)
+    }
+
     /// Whether it changes the whole body alike, so that even what is smaller than an element changes in proportion.
     pub(super) fn of_the_whole(self) -> bool {
         matches!(self, Self::Along(_) | Self::Turn(_) | Self::Poisson)

@@ -6,7 +6,7 @@ use super::glue::Glue;
 use super::own::Own;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::body::Shape;
-use crate::fem::{Functional, Loose, Model, nodal_loads, readings};
+use crate::fem::{Functional, Loose, Model, Stiffness, cell_stiffness, nodal_loads, readings};
 use crate::inverse::Settled;
 use nalgebra::DMatrix;
 use std::sync::OnceLock;
@@ -36,6 +36,8 @@ pub struct Lab<'a> {
     /// Tractions on the glue: seen × 3 nodes of the glue.
     pub(super) tractions: OnceLock<DMatrix<f64>>,
     pub(super) loose: OnceLock<Loose>,
+    /// The unchanged stiffness, of the body as it is held and of one that nothing holds.
+    pub(super) stiffness: [OnceLock<Stiffness>; 2],
     /// The loads under themselves as the baseline has them.
     pub(super) own: Own,
     pub(super) settled: Option<&'a Settled<'a>>,
@@ -112,6 +114,7 @@ impl<'a> Lab<'a> {
             glue: Glue::new(model, FIXED)?,
             tractions: OnceLock::new(),
             loose: OnceLock::new(),
+            stiffness: Default::default(),
             own,
             settled,
             finer: OnceLock::new(),
@@ -126,6 +129,32 @@ impl<'a> Lab<'a> {
         }
         let made = self.model.loose()?;
         Ok(self.loose.get_or_init(|| made))
+    }
+
+    /// The unchanged stiffness, put together when first needed.
+    pub(super) fn stiffness(&self) -> &Stiffness {
+        match self.stiffness[0].get() {
+            Some(known) => known,
+            None => {
+                let made = self.model.stiffness(|cell| self.of_cell(cell));
+                self.stiffness[0].get_or_init(|| made)
+            }
+        }
+    }
+
+    /// As [`Lab::stiffness`], of the body that nothing holds.
+    pub(super) fn loose_stiffness(&self, loose: &Loose) -> &Stiffness {
+        match self.stiffness[1].get() {
+            Some(known) => known,
+            None => {
+                let made = self.model.loose_stiffness(loose, |cell| self.of_cell(cell));
+                self.stiffness[1].get_or_init(|| made)
+            }
+        }
+    }
+
+    fn of_cell(&self, cell: u32) -> Vec<f64> {
+        cell_stiffness(self.model.space(), cell, self.model.poisson_ratio())
     }
 
     /// Tractions on the glue under all fields, worked out when first needed.

@@ -4,8 +4,9 @@ use super::rim::Rim;
 use crate::fem::Order;
 use crate::geometry::Vec3;
 
-/// Sub-triangles along an edge of a face across the rim.
-const FINE: usize = 16;
+/// Sub-triangles along an edge of a face across the rim, and for a quick look.
+pub(super) const FINE: usize = 16;
+pub(super) const QUICK: usize = 4;
 
 /// A face belongs to the glue that a disc seen along z may loosen when its normal has this component.
 pub(super) const FACING: f64 = 0.5;
@@ -40,19 +41,19 @@ impl Loosened {
     }
 }
 
-/// Centres of the sub-triangles of a face, with weights (sum 1).
-pub(super) fn fine_points() -> impl Iterator<Item = ([f64; 3], f64)> {
+/// Centres of the sub-triangles of a face, `fine` along an edge, with weights (sum 1).
+pub(super) fn fine_points(fine: usize) -> impl Iterator<Item = ([f64; 3], f64)> {
     let third = 1.0 / 3.0;
-    let weight = 1.0 / (FINE * FINE) as f64;
-    (0..FINE).flat_map(move |i| {
-        (0..FINE - i).flat_map(move |j| {
+    let weight = 1.0 / (fine * fine) as f64;
+    (0..fine).flat_map(move |i| {
+        (0..fine - i).flat_map(move |j| {
             let up = [(i as f64 + third), (j as f64 + third)];
             let down = [(i as f64 + 2.0 * third), (j as f64 + 2.0 * third)];
             let at = move |[x, y]: [f64; 2]| {
-                let (a, b) = (x / FINE as f64, y / FINE as f64);
+                let (a, b) = (x / fine as f64, y / fine as f64);
                 ([1.0 - a - b, a, b], weight)
             };
-            let down = (i + j + 1 < FINE).then(|| at(down));
+            let down = (i + j + 1 < fine).then(|| at(down));
             std::iter::once(at(up)).chain(down)
         })
     })

@@ -15,6 +15,9 @@ const BALL_RADIUS: f64 = 0.4;
 const LOOSE_SPACING: f64 = 0.5;
 const LOOSE_RADIUS: f64 = 0.45;
 
+/// Places closer to each other than this, over the body's thickness, are neighbours.
+const NEIGHBOURS: f64 = 0.8;
+
 /// Typical amounts: modulus ratio of a ball, of an axis, shift of Poisson's ratio, give over the thickness.
 const BALL_RATIO: f64 = 3.0;
 const AXIS_RATIO: f64 = 1.3;
@@ -23,35 +26,25 @@ const GIVE: f64 = 0.03;
 
 impl Lab<'_> {
     /// Sets of knobs to look at in a scan of this entry of the catalogue, none for an entry that is no change of the body.
-    /// Balls are stiff first, then soft, at the same places.
+    /// Of what may be more or less only one is here: [`Lab::first_order_both`] answers for the other as well.
     pub fn places(&self, physics: Physics) -> Vec<Vec<(BulkKnob, f64)>> {
         match physics {
             Physics::Inclusion => {
                 let places = self.inside();
-                let ball = |ratio: f64| {
-                    let radius = BALL_RADIUS * self.thickness_m();
-                    move |p: &Vec3| {
-                        let mut knobs: Vec<_> =
-                            (0..3).map(|axis| (BulkKnob::BallCentre(axis), p[axis])).collect();
-                        knobs.extend([(BulkKnob::BallRadius, radius), (BulkKnob::BallRatio, ratio.ln())]);
-                        knobs
-                    }
+                let radius = BALL_RADIUS * self.thickness_m();
+                let ball = |p: &Vec3| {
+                    let mut knobs: Vec<_> =
+                        (0..3).map(|axis| (BulkKnob::BallCentre(axis), p[axis])).collect();
+                    knobs.extend([(BulkKnob::BallRadius, radius), (BulkKnob::BallRatio, BALL_RATIO.ln())]);
+                    knobs
                 };
-                let stiff = places.iter().map(ball(BALL_RATIO));
-                stiff.chain(places.iter().map(ball(1.0 / BALL_RATIO))).collect()
+                places.iter().map(ball).collect()
             }
             Physics::Anisotropy => [Vec3::x(), Vec3::y(), Vec3::z()]
                 .iter()
-                .flat_map(|axis| {
-                    [AXIS_RATIO, 1.0 / AXIS_RATIO].map(|r| vec![(BulkKnob::Along((*axis).into()), r.ln())])
-                })
+                .map(|axis| vec![(BulkKnob::Along((*axis).into()), AXIS_RATIO.ln())])
                 .collect(),
-            Physics::PoissonRatio => {
-                let (range, _) = self.range(BulkKnob::Poisson);
-                [-POISSON_SHIFT, POISSON_SHIFT.min(0.5 * range[1])]
-                    .map(|shift| vec![(BulkKnob::Poisson, shift)])
-                    .to_vec()
-            }
+            Physics::PoissonRatio => vec![vec![(BulkKnob::Poisson, -POISSON_SHIFT)]],
             Physics::BaseDebonding => {
                 let radius = LOOSE_RADIUS * self.thickness_m();
                 self.on_the_glue()
@@ -69,6 +62,24 @@ impl Lab<'_> {
             Physics::CoarseMesh => [1.0, -1.0].map(|share| vec![(BulkKnob::Finer, share)]).to_vec(),
             _ => Vec::new(),
         }
+    }
+
+    /// Whether two sets of knobs are not neighbours in a scan: one is stiff and the other soft, or their centres are
+    /// farther from each other than places of the scan. Changes without a place are never neighbours.
+    pub fn apart(&self, one: &[(BulkKnob, f64)], other: &[(BulkKnob, f64)]) -> bool {
+        let mut has_place = false;
+        let mut square = 0.0;
+        for ((knob, a), (_, b)) in one.iter().zip(other) {
+            match knob {
+                BulkKnob::BallRatio if a * b < 0.0 => return true,
+                BulkKnob::BallCentre(_) | BulkKnob::LooseCentre(_) => {
+                    has_place = true;
+                    square += (a - b).powi(2);
+                }
+                _ => {}
+            }
+        }
+        !has_place || square.sqrt() > NEIGHBOURS * self.thickness_m()
     }
 
     /// Smallest and largest value of a knob, and the longest step of a fit.

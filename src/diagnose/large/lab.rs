@@ -37,12 +37,12 @@ const ENTERED: f64 = -0.2;
 const FACING: f64 = 0.7;
 
 impl Lab {
-    /// Puts P2 elements on the bench's mesh, factors them once, and solves for the linear answers.
+    /// Puts elements on the bench's mesh, factors them once, and solves for the linear answers.
     ///
     /// # Errors
     /// What elements and solver refuse: [`DiagnoseError::Elements`], [`DiagnoseError::Solid`].
-    pub fn new(bench: &Bench) -> Result<Self, DiagnoseError> {
-        let space = Arc::new(Space::new(&bench.mesh, Order::P2).map_err(FemError::from)?);
+    pub fn new(bench: &Bench, order: Order) -> Result<Self, DiagnoseError> {
+        let space = Arc::new(Space::new(&bench.mesh, order).map_err(FemError::from)?);
         let flags: Vec<bool> = space.on_surface(bench.fixed).into_iter().flat_map(|on| [on; 3]).collect();
         let tips = bench.pokes.iter().map(|poke| tip(bench, &space, poke)).collect::<Result<Vec<_>, _>>()?;
         let body = HeldBody::with_pads(Arc::clone(&space), &flags, &tips)?;

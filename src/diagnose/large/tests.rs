@@ -39,7 +39,7 @@ fn bar(deepest_m: f64) -> Bench {
 }
 
 fn lab(bench: &Bench) -> Lab {
-    Lab::new(bench).expect("a sound bench")
+    Lab::new(bench, Order::P2).expect("a sound bench")
 }
 
 /// Force along the poke and displacement of the second marker by the braced Newton method, less the linear ones.
