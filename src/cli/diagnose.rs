@@ -92,6 +92,7 @@ fn said(stage: Progress) -> String {
     match stage {
         Progress::Fitting(stage) => fit::said(stage),
         Progress::Screening => "trying every entry of the catalogue".to_owned(),
+        Progress::LookingCloser { unknowns } => format!("looking closer: {unknowns} unknowns"),
         Progress::Refitting { acting: 0, entries } => format!("refitting {entries} entries"),
         Progress::Refitting { acting, entries } => format!("refitting {entries} entries beside {acting}"),
     }

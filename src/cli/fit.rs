@@ -189,6 +189,7 @@ fn settings(arguments: &FitArguments) -> anyhow::Result<Settings> {
             Drive::Wrench => Some(Driven::ByWrench),
         },
         patch_radius_m: radius_mm * 1e-3,
+        unrested: false,
     })
 }
 

@@ -211,6 +211,11 @@ pub enum Progress {
     Fitting(crate::inverse::Progress),
     /// Every entry of the catalogue at first order.
     Screening,
+    /// A refit of the ball that was chosen, on elements that resolve it.
+    LookingCloser {
+        /// Displacement components solved for.
+        unknowns: usize,
+    },
     /// Refits in full of what looked promising.
     Refitting {
         /// How many effects act already.

@@ -75,3 +75,17 @@ pub enum DiagnoseError {
         least: f64,
     },
 }
+
+impl DiagnoseError {
+    /// Whether the baseline still says something where this stops the rest.
+    pub(super) fn leaves_undecided(&self) -> bool {
+        matches!(
+            self,
+            Self::NoStage
+                | Self::TipNotLinear
+                | Self::TooManyPatches { .. }
+                | Self::TooFewPokes { .. }
+                | Self::Singular
+        )
+    }
+}

@@ -48,6 +48,7 @@ mod starts;
 mod sums;
 mod tip_path;
 mod track;
+mod undecided;
 mod verdict;
 
 pub use diagnosis::{

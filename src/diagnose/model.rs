@@ -82,6 +82,8 @@ pub(super) struct Model<'a> {
     /// Changes of the body, where the elements have an answer.
     lab: Result<bulk::Lab<'a>, DiagnoseError>,
     changes: Mutex<Vec<Arc<Changed>>>,
+    /// What elements that resolve a change of the body add to it.
+    correction: Option<Changed>,
     /// Laws that are not linear: for a look, and in full once one of them is promising.
     rough: Result<Shelf, DiagnoseError>,
     fine: OnceLock<Result<Shelf, DiagnoseError>>,
@@ -91,6 +93,14 @@ pub(super) struct Model<'a> {
 struct Changed {
     knobs: Vec<(BulkKnob, f64)>,
     change: BodyChange,
+}
+
+impl Changed {
+    /// Steps of the same knobs from here to these values.
+    fn steps_to(&self, knobs: &[(BulkKnob, f64)]) -> Option<Vec<f64>> {
+        let same = self.knobs.len() == knobs.len() && self.knobs.iter().zip(knobs).all(|(a, b)| a.0 == b.0);
+        same.then(|| self.knobs.iter().zip(knobs).map(|(a, b)| b.1 - a.1).collect())
+    }
 }
 
 /// So many changes are kept.
@@ -177,6 +187,7 @@ impl<'a> Model<'a> {
             lab,
             finer,
             changes: Mutex::default(),
+            correction: None,
             rough,
             fine: OnceLock::new(),
         })
@@ -338,26 +349,28 @@ impl<'a> Model<'a> {
     /// What these knobs do to the body.
     fn changed(&self, knobs: &[(BulkKnob, f64)]) -> Option<BodyChange> {
         let lab = self.lab()?;
-        let steps = |known: &Changed| -> Option<Vec<f64>> {
-            let same =
-                known.knobs.len() == knobs.len() && known.knobs.iter().zip(knobs).all(|(a, b)| a.0 == b.0);
-            let steps: Vec<f64> = known.knobs.iter().zip(knobs).map(|(a, b)| b.1 - a.1).collect();
-            let close =
-                |(step, (knob, _)): (&f64, &(BulkKnob, f64))| step.abs() <= CLOSE * lab.range(*knob).1;
-            (same && steps.iter().zip(knobs).all(close)).then_some(steps)
+        let close = |steps: &[f64]| {
+            steps.iter().zip(knobs).all(|(step, (knob, _))| step.abs() <= CLOSE * lab.range(*knob).1)
         };
         let kept = || self.changes.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = kept().iter().rev().find_map(|known| Some((Arc::clone(known), steps(known)?)));
-        if let Some((known, steps)) = known {
-            return Some(known.change.moved(&steps));
-        }
-        let change = lab.changed(knobs).ok()?;
-        let mut kept = kept();
-        if kept.len() == KEPT {
-            kept.remove(0);
-        }
-        kept.push(Arc::new(Changed { knobs: knobs.to_vec(), change: change.clone() }));
-        Some(change)
+        let known = kept()
+            .iter()
+            .rev()
+            .find_map(|known| Some((Arc::clone(known), known.steps_to(knobs).filter(|s| close(s))?)));
+        let change = match known {
+            Some((known, steps)) => known.change.moved(&steps),
+            None => {
+                let change = lab.changed(knobs).ok()?;
+                let mut kept = kept();
+                if kept.len() == KEPT {
+                    kept.remove(0);
+                }
+                kept.push(Arc::new(Changed { knobs: knobs.to_vec(), change: change.clone() }));
+                change
+            }
+        };
+        let correction = self.correction.as_ref().and_then(|c| Some(c.change.moved(&c.steps_to(knobs)?)));
+        Some(correction.map_or_else(|| change.clone(), |correction| change.plus(&correction)))
     }
 
     /// Smallest and largest value of a knob, and the longest step of a fit.
@@ -393,6 +406,32 @@ impl<'a> Model<'a> {
     /// Changes of the body.
     pub(super) fn lab(&self) -> Option<&bulk::Lab<'a>> {
         self.lab.as_ref().ok()
+    }
+
+    /// Corrects what these knobs do to the body, at these values and by its derivatives near them, to what they do in
+    /// another laboratory.
+    ///
+    /// # Errors
+    /// As [`bulk::Lab::changed`].
+    pub(super) fn correct(
+        &mut self,
+        knobs: &[(BulkKnob, f64)],
+        lab: &bulk::Lab<'_>,
+    ) -> Result<(), DiagnoseError> {
+        if let Some(own) = self.lab() {
+            let change = lab.changed(knobs)?.less(&own.changed(knobs)?);
+            self.correction = Some(Changed { knobs: knobs.to_vec(), change });
+        }
+        Ok(())
+    }
+
+    /// Changes of the body that act.
+    pub(super) fn bulk_knobs(&self, acting: &Acting, at: &DVector<f64>) -> Vec<(BulkKnob, f64)> {
+        let knobs = acting.knobs.iter().enumerate().filter_map(|(i, knob)| match knob {
+            Knob::Bulk(bulk) => Some((*bulk, at[self.base() + i])),
+            _ => None,
+        });
+        knobs.collect()
     }
 
     /// Stiffness of every disc of the restraint (N/m).

@@ -22,6 +22,7 @@ pub(super) fn parameters(
             for (i, knob) in fitted.acting.knobs.iter().enumerate().filter(|(_, k)| k.physics() == physics) {
                 let at = model.base() + i;
                 let sd = covariance.map_or(f64::NAN, |c| c[(at, at)].max(0.0).sqrt());
+                let sd = sd.hypot(by_elements(*knob, fitted.at[at]));
                 let estimate = said(model, fitted, *knob, fitted.at[at], sd);
                 match parameters.iter_mut().find(|p| p.id == knob.id()) {
                     Some(known) => known.values.push(estimate),
@@ -37,6 +38,22 @@ pub(super) fn parameters(
         })
         .collect()
 }
+
+/// Standard deviation that elements leave of where a change of the body is and how large, as seen on recordings of another
+/// finite-element code with elements of another size.
+fn by_elements(knob: Knob, value: f64) -> f64 {
+    match knob {
+        Knob::Bulk(BulkKnob::BallCentre(_) | BulkKnob::LooseCentre(_)) => PLACE_M,
+        Knob::Bulk(BulkKnob::BallRadius | BulkKnob::LooseRadius) => RADIUS * value,
+        Knob::Bulk(BulkKnob::BallRatio) => RATIO,
+        _ => 0.0,
+    }
+}
+
+/// Of a coordinate (m), of a radius (relative), of the logarithm of a ball's modulus.
+const PLACE_M: f64 = 1e-3;
+const RADIUS: f64 = 0.12;
+const RATIO: f64 = 0.3;
 
 fn said(model: &Model<'_>, fitted: &Fitted, knob: Knob, value: f64, sd: f64) -> Estimate {
     if let Knob::Bulk(bulk) = knob {

@@ -3,9 +3,11 @@
 //! 1. The baseline: the default fit, then all rows in time under the same model.
 //! 2. Every entry of the catalogue at first order; the best refitted in full; one by one, as long as they earn it
 //!    ([`select`](super::select)).
+//!    A ball of another modulus is then refitted on elements that resolve it.
 //! 3. Is there a mismatch at all, where, and does what was chosen leave only noise?
 //! 4. How surely ([`verdict`](super::verdict)).
 
+use super::bulk::Lab;
 use super::curves::curves;
 use super::diagnosis::{Candidate, Diagnosis, Estimate, Mismatch, NextPoke, Progress, Reading, Settings};
 use super::error::DiagnoseError;
@@ -14,10 +16,11 @@ use super::model::Model;
 use super::next_poke::next_poke;
 use super::parameters::parameters;
 use super::place::{parts, region};
-use super::refit::Fitted;
+use super::refit::{Effort, Fitted, IN_FULL, descend};
 use super::select::{Selection, select};
+use super::undecided::undecided;
 use super::verdict::{Judged, judge};
-use crate::inverse::{self, InverseError, Settled, settled};
+use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
 
 /// Diagnoses `recording`.
@@ -29,21 +32,16 @@ pub fn diagnose(
     settings: &Settings,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Diagnosis, DiagnoseError> {
+    // A model that is wrong may keep the fit from coming to rest.
+    let fit = inverse::Settings { unrested: true, ..settings.fit };
     // Both the fit and what follows it report.
     let shared = std::cell::RefCell::new(progress);
-    let with = |fit: &inverse::Settings| {
-        settled(recording, fit, &mut |p| shared.borrow_mut()(Progress::Fitting(p)), |found| {
-            diagnosed(recording, found, settings, &mut |p| shared.borrow_mut()(p))
-        })
-    };
-    match with(&settings.fit) {
-        // A model that is wrong may keep the fit from coming to rest on the finest elements; the given mesh shows what is
-        // wrong as well.
-        Err(DiagnoseError::Baseline(InverseError::NotConverged { .. })) if !settings.fit.quick => {
-            with(&inverse::Settings { quick: true, ..settings.fit })
+    settled(recording, &fit, &mut |p| shared.borrow_mut()(Progress::Fitting(p)), |found| {
+        match diagnosed(recording, found, settings, &mut |p| shared.borrow_mut()(p)) {
+            Err(why) if why.leaves_undecided() => undecided(found, &why, settings),
+            other => other,
         }
-        other => other,
-    }
+    })
 }
 
 fn diagnosed(
@@ -52,13 +50,17 @@ fn diagnosed(
     settings: &Settings,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Diagnosis, DiagnoseError> {
-    let model = Model::new(found)?;
+    let mut model = Model::new(found)?;
     if model.tracks.len() < 2 {
         return Err(DiagnoseError::TooFewPokes { pokes: model.tracks.len() });
     }
     progress(Progress::Screening);
-    let selection = select(&model, &mut |acting, entries| progress(Progress::Refitting { acting, entries }))
-        .ok_or(DiagnoseError::Singular)?;
+    let mut selection =
+        select(&model, &mut |acting, entries| progress(Progress::Refitting { acting, entries }))
+            .ok_or(DiagnoseError::Singular)?;
+    if let Some(tried) = selection.chosen.map(|i| &mut selection.tried[i]) {
+        tried.fitted = resolved(&mut model, found, tried.fitted.clone(), progress)?;
+    }
     let chosen = selection.chosen.map_or(&selection.base, |i| &selection.tried[i].fitted);
     let before = left(&model, &selection.base)?;
     let after = left(&model, chosen)?;
@@ -88,6 +90,43 @@ fn diagnosed(
         verdict: judged.verdict,
     })
 }
+
+/// A reading with a ball of another modulus, refitted with elements that resolve it: what they add to the change is taken
+/// up where the refit ends, a few times over. Other readings stay as they are.
+fn resolved(
+    model: &mut Model<'_>,
+    found: &Settled<'_>,
+    mut fitted: Fitted,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Fitted, DiagnoseError> {
+    let knobs = |model: &Model<'_>, fitted: &Fitted| model.bulk_knobs(&fitted.acting, &fitted.at);
+    let Some(size_m) = model.lab().and_then(|lab| lab.resolving(&knobs(model, &fitted))) else {
+        return Ok(fitted);
+    };
+    let level = cut_finer(found, size_m)?;
+    let mounted = Mounted::new(&level.bench, &level.search, &found.at.state.patches)?;
+    let lab = Lab::on(found, &level.bench, &mounted, Vec::new())?;
+    progress(Progress::LookingCloser { unknowns: level.bench.model.unknowns() });
+    for _ in 0..CLOSER_LOOKS {
+        let before = knobs(model, &fitted);
+        model.correct(&before, &lab)?;
+        let effort = Effort { at_rest: CLOSE_ENOUGH, ..IN_FULL };
+        fitted = descend(model, &fitted.acting, fitted.at.clone(), effort).ok_or(DiagnoseError::Singular)?;
+        let after = knobs(model, &fitted);
+        let moved = before.iter().zip(&after).map(|((knob, a), (_, b))| (b - a).abs() / lab.range(*knob).1);
+        if moved.fold(0.0, f64::max) < HARDLY {
+            break;
+        }
+    }
+    Ok(fitted)
+}
+
+/// Rounds of correcting and refitting at most, and the share of a knob's longest step that ends them.
+const CLOSER_LOOKS: usize = 2;
+const HARDLY: f64 = 0.3;
+
+/// Gain of a step that ends a refit here: far less than the elements leave open.
+const CLOSE_ENOUGH: f64 = 0.3;
 
 /// The poke that tells the reading chosen from what comes closest, while that is not settled.
 fn next(model: &Model<'_>, selection: &Selection, judged: &Judged) -> Option<NextPoke> {

@@ -20,7 +20,8 @@ use crate::fem::{
     Discretisation, FemError, Model, Order, Resolution, Space, Spot, Tip, TipFace, coarseness, discretise,
     needs_small_edges,
 };
-use crate::mesh::{SurfaceIndex, TetMesh};
+use crate::geometry::Vec3;
+use crate::mesh::{SurfaceIndex, TetMesh, refine};
 use crate::observation::{self, Contact, Recording, TipShape};
 
 /// How a fit is made.
@@ -34,11 +35,13 @@ pub struct Settings {
     pub driven: Option<Driven>,
     /// Radius (m) of a patch through which springs pull; the recording hardly tells it from the stiffness.
     pub patch_radius_m: f64,
+    /// Take a fit as it is that has not come to rest after all its steps: for a model that is taken to be wrong.
+    pub unrested: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { element: Order::P2, quick: false, driven: None, patch_radius_m: 0.005 }
+        Self { element: Order::P2, quick: false, driven: None, patch_radius_m: 0.005, unrested: false }
     }
 }
 
@@ -104,6 +107,7 @@ pub fn settled<T, E: From<InverseError>>(
     turns_little(&first.bench, &evidence)?;
     let held = first.bench.model.space().surface(FIXED).to_vec();
     let mut problem = Problem::new(&evidence, first.bench, first.search, held, elements.search)?;
+    problem.unrested = settings.unrested;
     let places = candidates(&problem, settings.patch_radius_m, SPACING * settings.patch_radius_m)?;
     let [low, high] = recording.phantom.modulus_range_pa;
     let mut tell = |at: &Linearised| {
@@ -184,6 +188,16 @@ pub fn finer_level(settled: &Settled<'_>) -> Result<Level, InverseError> {
     let resolution = Resolution::of(&recording.mesh, 1).map_err(FemError::from)?;
     let mesh = discretise(&recording.mesh, FIXED, &discs, &resolution).map_err(FemError::from)?;
     level(recording, evidence, &mesh, settings)
+}
+
+/// The first discretisation of a fit, with edges of at most `size_m` (m) by place.
+///
+/// # Errors
+/// What the mesh or its elements refuse.
+pub fn cut_finer(settled: &Settled<'_>, size_m: impl Fn(&Vec3) -> f64) -> Result<Level, InverseError> {
+    let Settled { recording, settings, evidence, .. } = settled;
+    let tips = tips(recording, evidence)?;
+    level(recording, evidence, &refine(&first_mesh(recording, &tips, settings)?, size_m), settings)
 }
 
 /// Those discs of the patches found, on the given mesh, for which it must be cut finer.

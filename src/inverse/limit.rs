@@ -107,9 +107,15 @@ pub(super) fn settle(
         let Descent { at: fitted, gained, unfinished } = descend(problem, &at.state, GOOD_ENOUGH)?;
         let count = at.state.patches.len();
         at = pruned(problem, fitted)?;
-        if gained < SETTLED * unit(&at) && unfinished.is_none() && at.state.patches.len() == count {
+        if gained < SETTLED * unit(&at)
+            && (unfinished.is_none() || problem.unrested)
+            && at.state.patches.len() == count
+        {
             return Ok(at);
         }
+    }
+    if problem.unrested {
+        return Ok(at);
     }
     Err(InverseError::NotSettled { rounds: ROUNDS, patches: at.state.patches.len() })
 }

@@ -82,7 +82,7 @@ impl Elements {
 const ONE_SIDED_95: f64 = 1.645;
 
 /// Puts a converged fit into a [`Fit`].
-pub(super) fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
+pub fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
     let (recording, settings) = (found.recording, found.settings);
     let at = found.at;
     let (prediction, residual) = (&at.prediction, &at.residual);

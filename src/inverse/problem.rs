@@ -50,6 +50,8 @@ pub struct Problem<'a> {
     pub correction: Option<Correction>,
     /// How readings are weighed; kept while states are compared, renewed between.
     pub whitening: Whitening<'a>,
+    /// Whether a fit that has not come to rest after all its steps is taken as it is.
+    pub unrested: bool,
 }
 
 /// A state with residual and Jacobian.
@@ -96,7 +98,7 @@ impl<'a> Problem<'a> {
     ) -> Result<Self, InverseError> {
         let adjoint = bench.model.respond(&bench.markers.iter().collect::<Vec<_>>())?;
         let whitening = Whitening::new(evidence, elements_sd);
-        Ok(Self { evidence, bench, search, held, adjoint, correction: None, whitening })
+        Ok(Self { evidence, bench, search, held, adjoint, correction: None, whitening, unrested: false })
     }
 
     /// Puts restraint on the model.

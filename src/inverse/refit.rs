@@ -4,6 +4,7 @@ use super::error::InverseError;
 use super::problem::{Linearised, Parameter, Problem, State};
 use crate::fem::{FemError, disc_self_compliance};
 use nalgebra::DVector;
+use std::collections::VecDeque;
 
 /// Largest step of a patch (m), and of a logarithm, in one iteration.
 const LONGEST_SHIFT_M: f64 = 6e-3;
@@ -28,6 +29,10 @@ const STILL_PROMISED: f64 = 1.0;
 /// is as good as glue: the search stays inside.
 const SOFTEST: f64 = 1e4;
 const STIFFEST: f64 = 3e-3;
+
+/// So many steps that together gain less than [`SETTLED`] are the last: the misfit is not smooth there, and the others would
+/// be like them.
+const SLOW: usize = 10;
 
 /// Damping of the normal equations after Marquardt (1963), scaled by their diagonal and steered by the ratio of
 /// actual to promised gain (Nielsen 1999).
@@ -104,7 +109,11 @@ pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Resu
     let start = at.chi2();
     // What the first step promised that was refused since one was taken.
     let mut refused: Option<f64> = None;
+    let mut passed = VecDeque::from([start]);
     for _ in 0..ITERATIONS {
+        if passed.len() > SLOW && passed[0] - at.chi2() < SETTLED * unit(&at) {
+            break;
+        }
         let enough = enough * unit(&at);
         let Some((step, promised)) = damping.step(&at, &at.residual) else {
             damping.refused();
@@ -141,6 +150,10 @@ pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Resu
                 }
             }
         }
+        passed.push_back(at.chi2());
+        if passed.len() > SLOW + 1 {
+            passed.pop_front();
+        }
     }
     let unfinished = refused.filter(|promised| *promised > STILL_PROMISED * unit(&at));
     Ok(Descent { gained: start - at.chi2(), at, unfinished })
@@ -157,11 +170,13 @@ pub(super) fn where_answered<T>(tried: Result<T, InverseError>) -> Result<Option
     }
 }
 
-/// Minimises the whitened sum of squares from `start`. Ending where much is still promised is an error, not a result.
+/// Minimises the whitened sum of squares from `start`. Ending where much is still promised is an error, not a result, unless
+/// the problem allows it.
 pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, InverseError> {
     let Descent { at, unfinished, .. } = descend(problem, start, GOOD_ENOUGH)?;
     match unfinished {
         None => Ok(at),
+        Some(_) if problem.unrested => Ok(at),
         Some(promised) => {
             Err(InverseError::NotConverged { iterations: ITERATIONS, promised, misfit: at.chi2() })
         }

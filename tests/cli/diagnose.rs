@@ -1,7 +1,8 @@
 //! `diagnose`: what it leaves behind, what it ends with, and what it refuses.
 
-use super::{fixture, names, run, utf8};
-use phantom_rig::dataset::write_bundle;
+use super::{names, run, utf8};
+use phantom_rig::dataset::{read_bundle, write_bundle};
+use phantom_rig::observation::Recording;
 use serde_json::Value;
 use std::path::Path;
 
@@ -28,17 +29,46 @@ fn a_diagnosis_leaves_page_and_json() {
     assert_eq!(names(place.path()), ["result"]);
 }
 
-#[test]
-fn one_poke_is_refused_and_nothing_is_written() {
-    let mut recording = fixture::recording();
-    recording.pokes.truncate(1);
+/// Diagnoses what `change` makes of the demo recording.
+fn changed(change: impl FnOnce(&mut Recording)) -> (i32, Value, String) {
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/demo");
+    let mut recording = read_bundle(&demo).expect("the demo recording").0;
+    change(&mut recording);
     let place = tempfile::tempdir().expect("a temporary folder");
-    let (bundle, out) = (place.path().join("bundle"), place.path().join("out"));
+    let bundle = place.path().join("bundle");
     write_bundle(&recording, &bundle).expect("writable");
-    let (code, stdout, stderr) = run(&["diagnose", utf8(&bundle), "--quick", "--out", utf8(&out)]);
-    assert_eq!((code, stdout.as_str()), (1, ""));
-    assert!(stderr.contains("at least 2 are needed"), "{stderr}");
-    assert_eq!(names(place.path()), ["bundle"]);
+    let (code, stdout, stderr) = run(&["diagnose", utf8(&bundle), "--quick", "--print-only", "--json"]);
+    (code, serde_json::from_str(&stdout).unwrap_or(Value::Null), stderr)
+}
+
+/// What a recording cannot decide is not decided: nothing is named, and what would help is said.
+#[test]
+fn one_poke_names_nothing() {
+    let (code, json, stderr) = changed(|recording| recording.pokes.truncate(1));
+    assert_eq!(code, 3, "{stderr}");
+    let verdict = &json["verdict"];
+    let physics = verdict["physics"].as_array().expect("a list");
+    assert!(physics.is_empty() || physics == &["unexplained"], "{verdict}");
+    assert!(verdict["confidence"].as_f64().expect("a number") <= 0.5, "{verdict}");
+    let remarks = json["remarks"].to_string();
+    assert!(remarks.contains("at least 2 are needed"), "{remarks}");
+}
+
+/// Without a stage the wrench drives the model.
+#[test]
+fn a_recording_without_a_stage_names_nothing() {
+    let (code, json, stderr) = changed(|recording| recording.stage = None);
+    assert_eq!(code, 3, "{stderr}");
+    let physics = json["verdict"]["physics"].as_array().expect("a list");
+    assert!(physics.is_empty() || physics == &["unexplained"], "{}", json["verdict"]);
+    assert!(json["remarks"].to_string().contains("without stage.csv"), "{}", json["remarks"]);
+}
+
+#[test]
+fn a_sensor_that_reads_nothing_is_refused() {
+    let (code, _, stderr) = changed(|recording| recording.wrench.force_n.fill([0.0; 3]));
+    assert_eq!(code, 1, "{stderr}");
+    assert!(stderr.contains("force"), "{stderr}");
 }
 
 #[test]

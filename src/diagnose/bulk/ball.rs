@@ -38,6 +38,11 @@ impl Ball {
         Self { centre, rim: Rim::of_ball(radius_m) }
     }
 
+    /// Distance (m) of a place from the ball, 0 inside.
+    pub(super) fn beyond(&self, p: &Vec3) -> f64 {
+        ((p - self.centre).norm() - self.rim.reach()).max(0.0)
+    }
+
     /// Cells that the ball reaches, with points; `quick` with fewer, for scans.
     pub(super) fn cells(&self, space: &Space, quick: bool) -> Vec<(u32, Vec<BallPoint>)> {
         (0..space.cells().len() as u32)

@@ -57,6 +57,28 @@ impl BodyChange {
         moved
     }
 
+    /// Both together; their knobs are the same.
+    pub fn plus(&self, other: &Self) -> Self {
+        self.with(other, 1.0)
+    }
+
+    /// What this one changes beyond another of the same knobs.
+    pub fn less(&self, other: &Self) -> Self {
+        self.with(other, -1.0)
+    }
+
+    fn with(&self, other: &Self, share: f64) -> Self {
+        let (mut sum, mut other) = (self.clone(), other.clone());
+        for (field, more) in sum.fields().into_iter().zip(other.fields()) {
+            field.value += &more.value * share;
+            for ((knob, by), (same, more)) in field.by.iter_mut().zip(&more.by) {
+                debug_assert_eq!(knob, same);
+                *by += more * share;
+            }
+        }
+        sum
+    }
+
     /// As much in the other direction.
     pub(super) fn opposite(&self) -> Self {
         let mut opposite = self.clone();

@@ -38,7 +38,7 @@ impl Lab<'_> {
         };
         if let Some(inclusion) = Changed::of(knobs, nu)?.inclusion {
             let ratios = [inclusion.ratio, 1.0 / inclusion.ratio];
-            let works = self.work_of_ball(&inclusion.ball, &ratios.map(|ratio| screened(ratio, nu)));
+            let works = self.work_of_ball(&inclusion.ball, &ratios.map(|ratio| screened(ratio, nu)))?;
             let both = [knobs.to_vec(), opposite()].into_iter().zip(works);
             return Ok(both.map(|(knobs, work)| (knobs, BodyChange::of(&-work, &[], self.sites))).collect());
         }
@@ -52,7 +52,7 @@ impl Lab<'_> {
     }
 
     /// Work of these changes of constants inside a ball on the unchanged fields, of everything seen and everything loaded.
-    fn work_of_ball(&self, ball: &Ball, constants: &[Constants]) -> Vec<DMatrix<f64>> {
+    fn work_of_ball(&self, ball: &Ball, constants: &[Constants]) -> Result<Vec<DMatrix<f64>>, DiagnoseError> {
         let space = self.model.space();
         let mut forces = vec![NodalForces::of(&self.loaded); constants.len()];
         for (cell, moments) in shared_moments(space, ball, true) {
@@ -60,7 +60,7 @@ impl Lab<'_> {
                 forces.add(&moments.part(space, cell, constants));
             }
         }
-        NodalForces::work_of(&forces, &self.fields)
+        Ok(NodalForces::work_of(&forces, self.fields()?))
     }
 
     /// As [`Lab::changed`], to first order in each change alone, without derivatives.
@@ -72,7 +72,7 @@ impl Lab<'_> {
         let (space, nu) = (self.model.space(), self.model.poisson_ratio());
         let mut value = DMatrix::zeros(self.seen.len(), self.loads);
         if let Some(inclusion) = changed.inclusion {
-            for work in self.work_of_ball(&inclusion.ball, &[screened(inclusion.ratio, nu)]) {
+            for work in self.work_of_ball(&inclusion.ball, &[screened(inclusion.ratio, nu)])? {
                 value -= work;
             }
         }
@@ -93,7 +93,7 @@ impl Lab<'_> {
             for cell in 0..space.cells().len() as u32 {
                 forces.add(&whole_moments(space, cell).part(space, cell, &constants));
             }
-            let own = forces.work(&self.fields) * -size;
+            let own = forces.work(self.fields()?) * -size;
             value += self.own.missed(&own);
             value += own;
         }

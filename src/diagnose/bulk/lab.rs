@@ -7,7 +7,7 @@ use super::own::Own;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::body::Shape;
 use crate::fem::{Functional, Loose, Model, Stiffness, cell_stiffness, nodal_loads, readings};
-use crate::inverse::Settled;
+use crate::inverse::{Bench, Mounted, Settled};
 use nalgebra::DMatrix;
 use std::sync::OnceLock;
 
@@ -25,7 +25,9 @@ pub struct Lab<'a> {
     /// How many of them are loaded.
     pub(super) loads: usize,
     /// Fields of all of them: seen × components.
-    pub(super) fields: DMatrix<f64>,
+    fields: OnceLock<DMatrix<f64>>,
+    /// Those of what is only seen, where they are known.
+    adjoint: Vec<&'a [f64]>,
     /// Fields of the loads alone.
     pub(super) loaded: DMatrix<f64>,
     /// Nodal forces of the loads.
@@ -50,7 +52,20 @@ impl<'a> Lab<'a> {
     /// # Errors
     /// [`DiagnoseError::TipNotLinear`]; what the elements refuse.
     pub fn new(settled: &'a Settled<'a>) -> Result<Self, DiagnoseError> {
-        let (bench, mounted) = (&settled.problem.bench, &settled.at.mounted);
+        let adjoint = settled.problem.adjoint.iter().flat_map(|r| r.elements().iter().map(Vec::as_slice));
+        Self::on(settled, &settled.problem.bench, &settled.at.mounted, adjoint.collect())
+    }
+
+    /// On another discretisation with the same restraint; `adjoint` are the markers' fields, where they are known.
+    ///
+    /// # Errors
+    /// As [`Lab::new`].
+    pub fn on(
+        settled: &'a Settled<'a>,
+        bench: &'a Bench,
+        mounted: &Mounted,
+        adjoint: Vec<&'a [f64]>,
+    ) -> Result<Self, DiagnoseError> {
         let shapes = Shape::all(&mounted.blocks)?;
         let mut loads = Vec::new();
         let mut own = Vec::new();
@@ -73,8 +88,7 @@ impl<'a> Lab<'a> {
         }
         let markers: Vec<Functional> =
             bench.markers.iter().flat_map(|marker| marker.weights.iter().cloned()).collect();
-        let adjoint = settled.problem.adjoint.iter().flat_map(|r| r.elements().iter().map(Vec::as_slice));
-        Self::of(&bench.model, bench.tips.len(), loads, markers, adjoint.collect(), &own, Some(settled))
+        Self::of(&bench.model, bench.tips.len(), loads, markers, adjoint, &own, Some(settled))
     }
 
     /// Of a model with `sites` tips and some discs, three `loads` each, and markers, three functionals each; `adjoint`
@@ -84,7 +98,7 @@ impl<'a> Lab<'a> {
         sites: usize,
         loads: Vec<Functional>,
         markers: Vec<Functional>,
-        adjoint: Vec<&[f64]>,
+        adjoint: Vec<&'a [f64]>,
         own: &[DMatrix<f64>],
         settled: Option<&'a Settled<'a>>,
     ) -> Result<Self, DiagnoseError> {
@@ -92,22 +106,17 @@ impl<'a> Lab<'a> {
         let count = loads.len();
         let forces = nodal_loads(space, &loads);
         let solved = model.respond_to(&loads)?;
-        let markers_solved = if adjoint.is_empty() { model.respond_to(&markers)? } else { Vec::new() };
+        let loaded = as_rows(solved.iter().map(Vec::as_slice), count, space.components());
         let mut seen = loads;
         seen.extend(markers);
-        let mut fields = DMatrix::zeros(seen.len(), space.components());
-        let rows = solved.iter().chain(&markers_solved).map(Vec::as_slice).chain(adjoint);
-        for (mut row, nodal) in fields.row_iter_mut().zip(rows) {
-            row.iter_mut().zip(nodal).for_each(|(x, u)| *x = *u);
-        }
-        let loaded = fields.rows(0, count).into_owned();
         let before = readings(&seen, &loaded);
         let own = Own::new(&before, own);
         Ok(Self {
             model,
             sites,
             loads: count,
-            fields,
+            fields: OnceLock::new(),
+            adjoint,
             loaded,
             forces,
             before,
@@ -120,6 +129,26 @@ impl<'a> Lab<'a> {
             finer: OnceLock::new(),
             seen,
         })
+    }
+
+    /// Fields of everything loaded and seen, worked out when first needed.
+    pub(super) fn fields(&self) -> Result<&DMatrix<f64>, DiagnoseError> {
+        if let Some(fields) = self.fields.get() {
+            return Ok(fields);
+        }
+        let solved = match self.adjoint.is_empty() {
+            true => self.model.respond_to(&self.seen[self.loads..])?,
+            false => Vec::new(),
+        };
+        let seen = solved.iter().map(Vec::as_slice).chain(self.adjoint.iter().copied());
+        let mut made = DMatrix::zeros(self.seen.len(), self.loaded.ncols());
+        made.rows_mut(0, self.loads).copy_from(&self.loaded);
+        made.rows_mut(self.loads, self.seen.len() - self.loads).copy_from(&as_rows(
+            seen,
+            self.seen.len() - self.loads,
+            self.loaded.ncols(),
+        ));
+        Ok(self.fields.get_or_init(|| made))
     }
 
     /// The structure of the body without its hold, worked out when first needed.
@@ -162,7 +191,7 @@ impl<'a> Lab<'a> {
         if let Some(tractions) = self.tractions.get() {
             return Ok(tractions);
         }
-        let made = self.glue.tractions(self.model, &self.seen, &self.fields)?;
+        let made = self.glue.tractions(self.model, &self.seen, self.fields()?)?;
         Ok(self.tractions.get_or_init(|| made))
     }
 
@@ -175,4 +204,13 @@ impl<'a> Lab<'a> {
         let made = finer::difference(settled)?;
         Ok(Some(self.finer.get_or_init(|| made)))
     }
+}
+
+/// Fields one a row.
+fn as_rows<'a>(fields: impl Iterator<Item = &'a [f64]>, count: usize, components: usize) -> DMatrix<f64> {
+    let mut all = DMatrix::zeros(count, components);
+    for (mut row, nodal) in all.row_iter_mut().zip(fields) {
+        row.iter_mut().zip(nodal).for_each(|(x, u)| *x = *u);
+    }
+    all
 }

@@ -1,5 +1,6 @@
 //! Where and how much to try: places for what has one, typical amounts for what has none; bounds for a fit.
 
+use super::changes::Changed;
 use super::knob::BulkKnob;
 use super::lab::Lab;
 use crate::diagnose::Physics;
@@ -17,6 +18,11 @@ const LOOSE_RADIUS: f64 = 0.45;
 
 /// Places closer to each other than this, over the body's thickness, are neighbours.
 const NEIGHBOURS: f64 = 0.8;
+
+/// Edges where a ball is resolved, over the body's thickness; how far about it; how they grow beyond.
+const RESOLVED: f64 = 0.2;
+const RESOLVED_ABOUT: f64 = 0.15;
+const RESOLVED_GROWTH: f64 = 1.0;
 
 /// Typical amounts: modulus ratio of a ball, of an axis, shift of Poisson's ratio, give over the thickness.
 const BALL_RATIO: f64 = 3.0;
@@ -80,6 +86,16 @@ impl Lab<'_> {
             }
         }
         !has_place || square.sqrt() > NEIGHBOURS * self.thickness_m()
+    }
+
+    /// Lengths of edges (m) by place with which the ball of these knobs is resolved; `None` where there is none. Loose glue
+    /// gains nothing from it: what a disc of it looks like is told by its surroundings.
+    pub fn resolving(&self, knobs: &[(BulkKnob, f64)]) -> Option<impl Fn(&Vec3) -> f64 + use<>> {
+        let ball = Changed::of(knobs, self.model.poisson_ratio()).ok()?.inclusion?.ball;
+        let thick = self.thickness_m();
+        Some(move |p: &Vec3| {
+            RESOLVED * thick + RESOLVED_GROWTH * (ball.beyond(p) - RESOLVED_ABOUT * thick).max(0.0)
+        })
     }
 
     /// Smallest and largest value of a knob, and the longest step of a fit.

@@ -19,6 +19,13 @@ pub fn is_sure(diagnosis: &Diagnosis) -> bool {
 pub fn conclusion(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     let modulus = pascals(diagnosis.baseline.young_modulus_pa.value);
+    if verdict.unexplained && !verdict.ambiguous_with.is_empty() {
+        let all: Vec<&str> = verdict.ambiguous_with.iter().map(|p| noun(*p)).collect();
+        return format!(
+            "The recording differs from the model and cannot tell why: {} may have been left out; the modulus of {modulus} is not to be trusted",
+            listed(&all, "or")
+        );
+    }
     if verdict.unexplained {
         return format!(
             "Something was left out that no entry of the catalogue explains; the modulus of {modulus} is not to be trusted"
