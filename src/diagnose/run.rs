@@ -64,11 +64,14 @@ fn diagnosed(
     let chosen = selection.chosen.map_or(&selection.base, |i| &selection.tried[i].fitted);
     let before = left(&model, &selection.base)?;
     let after = left(&model, chosen)?;
-    let judged = judge(&model, &selection, &before, &after, settings.false_alarm);
+    let mut judged = judge(&model, &selection, &before, &after, settings.false_alarm);
     // What is not blamed does not extend the baseline either.
     let extended = if judged.verdict.physics.is_empty() { &selection.base } else { chosen };
     let (channels, pokes, phases) = if judged.detected { parts(&model, &before) } else { Default::default() };
     let covariance = extended.covariance(&model);
+    let baseline = reading(&model, found, &selection.base)?;
+    let extension = reading(&model, found, extended)?;
+    judged.doubt_modulus(extension.young_modulus_pa, recording.phantom.modulus_range_pa);
     Ok(Diagnosis {
         recording: recording.name.clone(),
         mismatch: Mismatch {
@@ -82,8 +85,8 @@ fn diagnosed(
         },
         parameters: parameters(&model, extended, covariance.as_ref(), &judged.verdict.physics),
         candidates: candidates(&model, &selection, &judged),
-        baseline: reading(&model, found, &selection.base)?,
-        extended: reading(&model, found, extended)?,
+        baseline,
+        extended: extension,
         next_poke: next(&model, &selection, &judged),
         curves: curves(&model, &selection.base, extended),
         remarks: judged.remarks.clone(),

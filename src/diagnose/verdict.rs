@@ -1,6 +1,6 @@
 //! What is said, and how surely.
 
-use super::diagnosis::{Phase, Verdict};
+use super::diagnosis::{Estimate, Phase, Verdict};
 use super::left::{Left, Mean};
 use super::model::Model;
 use super::physics::Physics;
@@ -200,7 +200,29 @@ fn properties(model: &Model<'_>, left: &Left) -> Vec<String> {
     said
 }
 
+/// A modulus this many standard deviations outside the range that the operator expects is doubted.
+const DOUBTED_SD: f64 = 3.0;
+
 impl Judged {
+    /// A force that is read too large or too small by a factor looks like another modulus, and like nothing else: where the
+    /// modulus lies outside the range that the operator expects, that stays possible, whatever was found.
+    pub(super) fn doubt_modulus(&mut self, modulus_pa: Estimate, [low, high]: [f64; 2]) {
+        let Estimate { value, sd } = modulus_pa;
+        let outside = (low - value).max(value - high);
+        let Verdict { physics, ambiguous_with, .. } = &self.verdict;
+        let named = physics.iter().chain(ambiguous_with).any(|p| *p == Physics::ForceGain);
+        if outside <= DOUBTED_SD * sd || named {
+            return;
+        }
+        self.verdict.ambiguous_with.push(Physics::ForceGain);
+        self.verdict.confidence = self.verdict.confidence.min(LEAST_CONFIDENCE);
+        self.remarks.push(format!(
+            "the modulus, {:.2} kPa, lies outside the range that the operator expects ({:.2} to {:.2} kPa): a force read too \
+             large or too small by a factor would look the same",
+            1e-3 * value, 1e-3 * low, 1e-3 * high
+        ));
+    }
+
     /// Why one of the readings tried is, or is not, the verdict.
     pub(super) fn why(&self, selection: &Selection, tried: usize) -> String {
         let chosen = selection.chosen.map(|i| &selection.tried[i]);

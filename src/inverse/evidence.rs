@@ -213,7 +213,21 @@ impl Evidence {
             .collect();
         Ok(Self { driven, sites, lifts, rest, noise, measured_over_stated })
     }
+
+    /// Whether the force, where the stage drives the model, says more than its noise would.
+    pub fn force_is_felt(&self) -> bool {
+        let sd = Vec3::from(self.noise.force_n);
+        let squares = |site: &Site| -> f64 {
+            site.force.iter().map(|reading| reading.value.component_div(&sd).norm_squared()).sum()
+        };
+        let sum: f64 = self.sites.iter().map(squares).sum();
+        let expected = 3.0 * self.sites.iter().map(|site| site.force.len()).sum::<usize>() as f64;
+        self.driven == Driven::ByWrench || sum > expected + FELT_SD * (2.0 * expected).sqrt()
+    }
 }
+
+/// Standard deviations of chance above which a force is felt.
+const FELT_SD: f64 = 5.0;
 
 /// The drive at any instant of a poke.
 pub struct DriveTrack<'a> {

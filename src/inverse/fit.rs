@@ -96,6 +96,9 @@ pub fn settled<T, E: From<InverseError>>(
     if evidence.sites.iter().all(|s| s.force.is_empty() && s.markers.iter().all(Vec::is_empty)) {
         return Err(InverseError::Nothing { pokes: recording.pokes.len() }.into());
     }
+    if !evidence.force_is_felt() {
+        return Err(InverseError::Undetermined { why: "its force never rises above its noise" }.into());
+    }
     progress(Progress::Building { unknowns: 0 });
     let tips = tips(recording, &evidence)?;
     let elements = Elements::of(

@@ -64,6 +64,20 @@ fn a_recording_without_a_stage_names_nothing() {
     assert!(json["remarks"].to_string().contains("without stage.csv"), "{}", json["remarks"]);
 }
 
+/// A factor on the force is a factor on the modulus: only what the operator expects can speak against it.
+#[test]
+fn a_force_in_the_wrong_unit_is_not_believed() {
+    let (code, json, stderr) = changed(|recording| {
+        let inside =
+            recording.wrench.time_s.iter().position(|&t| t >= recording.rest_until_s).expect("pokes");
+        recording.wrench.force_n[inside..].iter_mut().flatten().for_each(|f| *f *= 4.448);
+    });
+    assert_eq!(code, 3, "{stderr}");
+    let verdict = &json["verdict"];
+    assert!(verdict["ambiguous_with"].to_string().contains("force-gain"), "{verdict}");
+    assert!(json["remarks"].to_string().contains("outside the range"), "{}", json["remarks"]);
+}
+
 #[test]
 fn a_sensor_that_reads_nothing_is_refused() {
     let (code, _, stderr) = changed(|recording| recording.wrench.force_n.fill([0.0; 3]));
