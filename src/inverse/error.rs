@@ -49,12 +49,10 @@ pub enum InverseError {
     },
     /// The fit did not converge.
     #[error(
-        "the fit did not converge: after {iterations} steps a further one still promises to lower the misfit by \
-         {promised:.3e} (misfit {misfit:.6e})"
+        "the fit did not converge: a further step still promises to lower the misfit by {promised:.3e} (misfit \
+         {misfit:.6e}), and none does"
     )]
     NotConverged {
-        /// Steps taken.
-        iterations: usize,
         /// What a further step promises.
         promised: f64,
         /// Misfit reached.

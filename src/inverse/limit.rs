@@ -9,7 +9,7 @@ use super::blocks::{Bench, Blocks};
 use super::error::InverseError;
 use super::forward::Group;
 use super::problem::{Linearised, Problem};
-use super::refit::{Descent, GOOD_ENOUGH, SETTLED, descend, unit};
+use super::refit::{Descent, GOOD_ENOUGH, descend, settled};
 use super::restraint::{Mounted, Restraint};
 use super::search::pruned;
 use crate::fem::Discretisation;
@@ -104,13 +104,11 @@ pub(super) fn settle(
         if round < ESTIMATES {
             problem.whitening = problem.whitening.with_likeliest_elements(&at);
         }
-        let Descent { at: fitted, gained, unfinished } = descend(problem, &at.state, GOOD_ENOUGH)?;
+        let Descent { at: fitted, gained } = descend(problem, &at.state, GOOD_ENOUGH)?;
         let count = at.state.patches.len();
+        let settles = settled(&fitted, gained);
         at = pruned(problem, fitted)?;
-        if gained < SETTLED * unit(&at)
-            && (unfinished.is_none() || problem.unrested)
-            && at.state.patches.len() == count
-        {
+        if settles && at.state.patches.len() == count {
             return Ok(at);
         }
     }

@@ -92,7 +92,8 @@ pub fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
         return Err(InverseError::Undetermined { why: "it holds fewer readings than there are parameters" });
     }
     let excess = (residual.norm_squared() / freedom as f64).max(1.0);
-    let noise = at.covariance().ok_or(FLAT)? * excess;
+    // A step that promises P moves no parameter by more than √P deviations.
+    let noise = at.covariance().ok_or(FLAT)? * (excess + at.unrest);
     let discretisation = discretisation_covariance(found)?;
     let modulus_error = discretisation[(0, 0)].sqrt();
     let covariance = noise + discretisation;
@@ -324,6 +325,15 @@ fn remarks(
             left.chi2_per_dof,
             left.chi2_per_dof_limit,
             excess.sqrt()
+        ));
+    }
+    if found.at.unrest > 0.0 {
+        let finer = if settings.quick { " Without --quick it is smoother." } else { "" };
+        remarks.push(format!(
+            "A further step promises to lower the misfit by {:.1}, and none does: on these elements the misfit is not \
+             smooth. The deviations are widened by a factor of {:.1}.{finer}",
+            found.at.unrest,
+            (1.0 + found.at.unrest / excess).sqrt()
         ));
     }
     let (used, stated) = (&found.evidence.noise, &recording.noise);

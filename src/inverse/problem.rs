@@ -68,6 +68,21 @@ pub struct Linearised {
     pub jacobian: DMatrix<f64>,
     /// What the columns are.
     pub parameters: Vec<Parameter>,
+    /// By how much a further step promises to lower the sum of squares although no step does, however short: the misfit is not
+    /// smooth there. 0 at rest.
+    pub unrest: f64,
+}
+
+/// The model at a state, without its derivatives: they cost as much again.
+pub struct Predicted {
+    /// The state.
+    pub state: State,
+    /// Its restraint on the model.
+    pub mounted: Mounted,
+    /// What the model says.
+    pub prediction: Prediction,
+    /// Whitened residual.
+    pub residual: DVector<f64>,
 }
 
 impl Linearised {
@@ -176,12 +191,24 @@ impl<'a> Problem<'a> {
         changes
     }
 
+    /// What the model says at a state.
+    pub fn predicted(&self, state: &State) -> Result<Predicted, InverseError> {
+        let mounted = self.mount(&state.patches)?;
+        let prediction = self.predict(&mounted, state.modulus)?;
+        let residual = self.whitening.residual(&prediction);
+        Ok(Predicted { state: state.clone(), mounted, prediction, residual })
+    }
+
     /// Residual and Jacobian. Patches move only when the problem has adjoint responses.
     pub fn linearise(&self, state: &State) -> Result<Linearised, InverseError> {
-        let mounted = self.mount(&state.patches)?;
-        let (prediction, jacobian, parameters) = {
+        self.linearised(self.predicted(state)?)
+    }
+
+    /// With the Jacobian where the model was predicted.
+    pub fn linearised(&self, at: Predicted) -> Result<Linearised, InverseError> {
+        let Predicted { state, mounted, prediction, residual } = at;
+        let (jacobian, parameters) = {
             let forward = self.forward(&mounted, state.modulus)?;
-            let prediction = forward.predict().ok_or(NOT_POSITIVE)?;
             let mut parameters = Vec::new();
             let mut columns = Vec::new();
             let mut add = |parameter, change: &Change<'_>, scale: f64| -> Result<(), InverseError> {
@@ -197,10 +224,9 @@ impl<'a> Problem<'a> {
             for (p, group) in mounted.groups.iter().enumerate().filter(|(_, group)| group.softness > 0.0) {
                 add(Parameter::LogSoftness(p), &Change::Softness(p), group.softness)?;
             }
-            (prediction, DMatrix::from_columns(&columns), parameters)
+            (DMatrix::from_columns(&columns), parameters)
         };
-        let residual = self.whitening.residual(&prediction);
-        Ok(Linearised { state: state.clone(), mounted, prediction, residual, jacobian, parameters })
+        Ok(Linearised { state, mounted, prediction, residual, jacobian, parameters, unrest: 0.0 })
     }
 
     /// The state moved by a step in the parameters; patches stay on the search surface.

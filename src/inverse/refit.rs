@@ -21,9 +21,12 @@ const ITERATIONS: usize = 60;
 /// left per reading: a third of a standard deviation of one parameter at most.
 pub(super) const SETTLED: f64 = 0.1;
 
-/// A descent that comes to rest while more than this is still promised, in units of what is left per reading, has not
-/// converged: that is a whole standard deviation.
+/// A descent that ends while more than this is still promised, in units of what is left per reading, is not at rest: that is a
+/// whole standard deviation.
 const STILL_PROMISED: f64 = 1.0;
+
+/// One that ends while more than this is promised has not converged: that is what a patch must bring.
+const MOST_PROMISED: f64 = 30.0;
 
 /// Softness (`E/k` over the phantom's local compliance under the patch) beyond which a patch is as good as absent, and below which it
 /// is as good as glue: the search stays inside.
@@ -33,6 +36,9 @@ const STIFFEST: f64 = 3e-3;
 /// So many steps that together gain less than [`SETTLED`] are the last: the misfit is not smooth there, and the others would
 /// be like them.
 const SLOW: usize = 10;
+
+/// What a descent may gain over the promise of its next step.
+const OPTIMISM: f64 = 4.0;
 
 /// Damping of the normal equations after Marquardt (1963), scaled by their diagonal and steered by the ratio of
 /// actual to promised gain (Nielsen 1999).
@@ -96,14 +102,22 @@ pub(super) struct Descent {
     pub(super) at: Linearised,
     /// How much the sum of squares fell.
     pub(super) gained: f64,
-    /// What a further step would still promise, when the descent did not converge.
-    pub(super) unfinished: Option<f64>,
 }
 
 /// Goes down from `start` until the promised gain is below `enough` in units of what is left per reading, or no step
 /// however short lowers the misfit any more, or steps run out. A step to where the model has no
 /// answer is refused like one that raises the misfit.
 pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Result<Descent, InverseError> {
+    descend_below(problem, start, enough, f64::INFINITY)
+}
+
+/// As [`descend`], but given up where even so many times what a step promises would leave more than `hopeless`.
+pub(super) fn descend_below(
+    problem: &Problem<'_>,
+    start: &State,
+    enough: f64,
+    hopeless: f64,
+) -> Result<Descent, InverseError> {
     let mut at = problem.linearise(start)?;
     let mut damping = Damping::default();
     let start = at.chi2();
@@ -119,24 +133,18 @@ pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Resu
             damping.refused();
             continue;
         };
-        if promised < enough {
+        if promised < enough || at.chi2() - OPTIMISM * promised > hopeless {
             break;
         }
         let moved = problem.moved(&at, &step);
         let inside = moved.inside;
-        let tried = match problem.linearise(&bounded(moved.state, problem)) {
-            Ok(tried) => Some(tried),
-            Err(InverseError::Undetermined { .. } | InverseError::Fem(FemError::DiscOffSurface { .. })) => {
-                None
-            }
-            Err(other) => return Err(other),
-        };
-        match tried.map(|tried| (at.chi2() - tried.chi2(), tried)) {
+        let tried = where_answered(problem.predicted(&bounded(moved.state, problem)))?;
+        match tried.map(|tried| (at.chi2() - tried.residual.norm_squared(), tried)) {
             Some((gain, tried)) if gain > 0.0 => {
                 damping.accepted(gain / promised);
-                (at, refused) = (tried, None);
+                (at, refused) = (problem.linearised(tried)?, None);
                 if gain < enough {
-                    return Ok(Descent { gained: start - at.chi2(), at, unfinished: None });
+                    return Ok(Descent { gained: start - at.chi2(), at });
                 }
             }
             _ => {
@@ -155,8 +163,8 @@ pub(super) fn descend(problem: &Problem<'_>, start: &State, enough: f64) -> Resu
             passed.pop_front();
         }
     }
-    let unfinished = refused.filter(|promised| *promised > STILL_PROMISED * unit(&at));
-    Ok(Descent { gained: start - at.chi2(), at, unfinished })
+    at.unrest = refused.filter(|promised| *promised > STILL_PROMISED * unit(&at)).unwrap_or(0.0);
+    Ok(Descent { gained: start - at.chi2(), at })
 }
 
 /// `None` where the model has no answer: a spot off the body, a compliance that is not positive definite.
@@ -170,17 +178,19 @@ pub(super) fn where_answered<T>(tried: Result<T, InverseError>) -> Result<Option
     }
 }
 
-/// Minimises the whitened sum of squares from `start`. Ending where much is still promised is an error, not a result, unless
-/// the problem allows it.
+/// Minimises the whitened sum of squares from `start`. Ending where as much is still promised as a patch must bring is an
+/// error, not a result, unless the problem allows it.
 pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, InverseError> {
-    let Descent { at, unfinished, .. } = descend(problem, start, GOOD_ENOUGH)?;
-    match unfinished {
-        None => Ok(at),
-        Some(_) if problem.unrested => Ok(at),
-        Some(promised) => {
-            Err(InverseError::NotConverged { iterations: ITERATIONS, promised, misfit: at.chi2() })
-        }
+    let Descent { at, .. } = descend(problem, start, GOOD_ENOUGH)?;
+    match problem.unrested || at.unrest < MOST_PROMISED * unit(&at) {
+        true => Ok(at),
+        false => Err(InverseError::NotConverged { promised: at.unrest, misfit: at.chi2() }),
     }
+}
+
+/// Whether a descent that gained this much changed nothing that the misfit's roughness would not.
+pub(super) fn settled(at: &Linearised, gained: f64) -> bool {
+    gained < SETTLED * unit(at) + at.unrest
 }
 
 /// What is left per reading, never less than the noise: the unit in which gains are judged.

@@ -10,7 +10,7 @@ use super::error::InverseError;
 use super::forward::{Change, Forward, NewDisc};
 use super::limit::Finer;
 use super::problem::{Linearised, Parameter, Problem, State};
-use super::refit::{Descent, GOOD_ENOUGH, SETTLED, descend, refit, unit, where_answered};
+use super::refit::{Descent, GOOD_ENOUGH, descend, descend_below, refit, settled, unit, where_answered};
 use super::restraint::{Mounted, Restraint};
 use crate::fem::{Spot, disc_self_compliance};
 use crate::geometry::Vec3;
@@ -173,7 +173,7 @@ pub fn search(
         let Descent { at: renewed, gained, .. } = descend(looking.problem, &at.state, GOOD_ENOUGH)?;
         let (found, changes) = looking.settled(renewed)?;
         at = refit(looking.problem, &found.state)?;
-        if changes == 0 && gained < SETTLED * unit(&at) {
+        if changes == 0 && settled(&at, gained) {
             return Ok(at);
         }
     }
@@ -263,10 +263,10 @@ impl Looking<'_, '_> {
             let Some(centre) = stiff.map(|patch| patch.centre) else { return Ok(at) };
             tried.push(centre);
             let before = self.problem.correction.take();
-            match self.glued_at(&at.state, centre)? {
+            match self.glued_at(&at, centre)? {
                 Some(glued)
                     if apart(self.problem, &glued.state.patches)
-                        && glued.chi2() - at.chi2() < ONE_LESS * spared(&at, &glued) * unit(&at) =>
+                        && glued.chi2() < as_good(&at, &glued.state) =>
                 {
                     at = glued;
                 }
@@ -277,11 +277,11 @@ impl Looking<'_, '_> {
 
     /// The best glued spot about `centre`: its radius first among a few, on the model without correction, then
     /// together with everything else. `None` when no radius fits on the body.
-    fn glued_at(&mut self, state: &State, centre: Vec3) -> Result<Option<Linearised>, InverseError> {
+    fn glued_at(&mut self, at: &Linearised, centre: Vec3) -> Result<Option<Linearised>, InverseError> {
         let mut best: Option<(f64, State)> = None;
         self.problem.correction = None;
         for radius_m in GLUE_RADII_M {
-            let mut state = state.clone();
+            let mut state = at.state.clone();
             state.patches.retain(|other| (other.centre - centre).norm() > radius_m + other.radius_m);
             state.patches.push(Restraint { centre, radius_m, softness: 0.0, glued: true });
             // One that does not fit on the body, or not beside the others, is not among the choices.
@@ -293,7 +293,8 @@ impl Looking<'_, '_> {
         }
         let Some((_, state)) = best else { return Ok(None) };
         self.correct(&state.patches)?;
-        Ok(where_answered(descend(self.problem, &state, ROUGH))?.map(|descent| descent.at))
+        let hopeless = as_good(at, &state);
+        Ok(where_answered(descend_below(self.problem, &state, ROUGH, hopeless))?.map(|descent| descent.at))
     }
 }
 
@@ -330,9 +331,14 @@ fn touches_held(problem: &Problem<'_>, centre: &Vec3, radius_m: f64) -> bool {
     problem.held.iter().any(near)
 }
 
-/// Times that a simpler state may cost [`ONE_LESS`]: once, and once for every parameter that it does without.
-fn spared(at: &Linearised, simpler: &Linearised) -> f64 {
-    1.0 + at.parameters.len().saturating_sub(simpler.parameters.len()) as f64
+/// What the sum of squares of a simpler state must stay below to take the place of one: it may cost [`ONE_LESS`] once, and once for
+/// every parameter that it does without.
+fn as_good(at: &Linearised, simpler: &State) -> f64 {
+    let parameters = |state: &State| -> usize {
+        state.patches.iter().map(|p| 2 + usize::from(p.softness > 0.0) + usize::from(p.glued)).sum()
+    };
+    let spared = 1 + parameters(&at.state).saturating_sub(parameters(simpler));
+    at.chi2() + ONE_LESS * spared as f64 * unit(at)
 }
 
 /// Gives the last patch the softness that, of a wide range, explains most (the modulus adjusted).
@@ -381,7 +387,7 @@ pub(super) fn pruned(problem: &Problem<'_>, at: Linearised) -> Result<Linearised
         for p in (0..at.state.patches.len()).filter(|&p| !beyond_doubt(&at, p)) {
             let mut state = at.state.clone();
             state.patches.remove(p);
-            let Descent { at: less, .. } = descend(problem, &state, ROUGH)?;
+            let Descent { at: less, .. } = descend_below(problem, &state, ROUGH, at.chi2() + enough)?;
             if less.chi2() - at.chi2() < enough && without.as_ref().is_none_or(|w| less.chi2() < w.chi2()) {
                 without = Some(less);
             }

@@ -67,7 +67,7 @@ pub fn trust(fit: &Fit) -> String {
         ),
         Verdict::Unexplained(ratio) => {
             format!(
-                "The residual is {ratio:.1} × what noise would leave: the model is missing something. The figures \
+                "The residual is {ratio:.2} × what noise would leave: the model is missing something. The figures \
                  below are not to be trusted beyond {}, if that far.",
                 modulus(&fit.young_modulus_pa)
             )

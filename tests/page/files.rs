@@ -181,7 +181,7 @@ fn the_headline_says_what_was_found_and_how_far_to_trust_it() {
     assert!(matches!(verdict(&fit), Verdict::Unexplained(_)), "just above the limit");
     fit.residual.chi2_per_dof = 16.8;
     let said = trust(&fit);
-    assert!(said.contains("4.1 × what noise would leave: the model is missing something"), "{said}");
+    assert!(said.contains("4.10 × what noise would leave: the model is missing something"), "{said}");
     // The fit has widened its deviation already; saying it must not widen it again.
     assert!(said.contains("10.482 ± 0.051 kPa"), "{said}");
 
