@@ -22,7 +22,7 @@ pub(super) fn curves(model: &Model<'_>, baseline: &Fitted, extended: &Fitted) ->
             let (before, after) = (predicted(model, baseline, poke)?, predicted(model, extended, poke)?);
             let frames = track.frames.iter().zip(before.markers.iter().zip(&after.markers));
             Some(Curve {
-                poke: track.poke + 1,
+                poke: track.number,
                 time_s: track.time_s.clone(),
                 depth_m: track.depth_m.clone(),
                 measured_n: track.force_n.iter().map(|f| f.dot(&track.direction)).collect(),

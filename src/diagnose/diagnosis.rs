@@ -37,8 +37,8 @@ pub struct Mismatch {
     pub p_value: f64,
     /// Channels that show it, the strongest first.
     pub channels: Vec<Channel>,
-    /// Numbers of the pokes that show it, counted from 1, the strongest first.
-    pub pokes: Vec<usize>,
+    /// Numbers of the pokes that show it, the strongest first.
+    pub pokes: Vec<u32>,
     /// Phases of a poke that show it, the strongest first.
     pub phases: Vec<Phase>,
     /// Where on the phantom; `None`: nowhere in particular.
@@ -173,8 +173,8 @@ pub struct NextPoke {
 /// One poke's force and its most telling marker in time, measured and predicted by fits that did not see it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Number of the poke, counted from 1.
-    pub poke: usize,
+    /// Number by which the recording names the poke.
+    pub poke: u32,
     /// Time (s).
     pub time_s: Vec<f64>,
     /// Depth of the stage along the poke (m).

@@ -42,8 +42,8 @@ pub(super) fn standing_out<T: PartialEq + Copy>(left: &Left, part: impl Fn(&Mean
 }
 
 /// The three views of a misfit.
-pub(super) fn parts(model: &Model<'_>, left: &Left) -> (Vec<Channel>, Vec<usize>, Vec<Phase>) {
-    let number = |mean: &Mean| model.tracks[mean.poke].poke + 1;
+pub(super) fn parts(model: &Model<'_>, left: &Left) -> (Vec<Channel>, Vec<u32>, Vec<Phase>) {
+    let number = |mean: &Mean| model.tracks[mean.poke].number;
     (standing_out(left, |m| m.channel), standing_out(left, number), standing_out(left, |m| m.phase))
 }
 

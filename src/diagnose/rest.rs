@@ -1,17 +1,21 @@
 //! What the instruments read while nothing touches the phantom: how far their errors are from white.
 //!
-//! The force's error may wander in time: the variance of means over half a second is compared with that of white noise.
+//! The force's error may wander in time: the variance of means over half a second is compared with that of white noise. It may
+//! drift: a straight line in time is then likelier than anything that wanders.
 //! The camera may sway as a whole: the variance of all markers' common motion, likewise.
 
 use crate::geometry::Vec3;
 use crate::inverse::Evidence;
 use crate::observation::Recording;
+use nalgebra::{DMatrix, DVector};
 
 /// How far errors are from white.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Correlation {
     /// Factor by which the wandering of the force raises the variance of a mean.
     pub force: f64,
+    /// Whether the force's zero drifts in proportion to time, rather than wanders; true where too little is known of it.
+    pub drifts: bool,
     /// Variance (m²) of the common motion of all markers, along each axis.
     pub sway_m2: [f64; 3],
 }
@@ -36,47 +40,92 @@ const CHANCE: f64 = 3.1;
 
 /// Measures both.
 pub(super) fn correlation(recording: &Recording, evidence: &Evidence) -> Correlation {
-    Correlation { force: wandering(recording, evidence.noise.force_n), sway_m2: sway(recording, evidence) }
+    let sd = evidence.noise.force_n;
+    let means = means(&force_at_rest(recording));
+    let drifts = drifts(&means, sd);
+    Correlation { force: wandering(&means, sd, drifts), drifts, sway_m2: sway(recording, evidence) }
 }
 
-/// A drift in proportion to time is not taken for wandering.
-fn wandering(recording: &Recording, sd: [f64; 3]) -> f64 {
-    let rows = force_at_rest(recording);
-    let mut means: Vec<(f64, Vec3, f64)> = Vec::new();
-    let mut block: Option<(f64, f64, Vec3, f64)> = None;
-    let mut done = |(_, t, f, n): (f64, f64, Vec3, f64)| means.push((t / n, f / n, n));
-    for (t, f) in rows {
-        match &mut block {
-            Some((start, time, force, n)) if t - *start < BLOCK_S => {
-                *time += t;
-                *force += f;
-                *n += 1.0;
-            }
-            _ => {
-                if let Some(full) = block.take() {
-                    done(full);
-                }
-                block = Some((t, t, f, 1.0));
-            }
+/// Mean of the force (N) over a block, with its time (s) and the number of its rows.
+struct BlockMean {
+    time_s: f64,
+    force_n: Vec3,
+    rows: f64,
+}
+
+fn means(rows: &[(f64, Vec3)]) -> Vec<BlockMean> {
+    let blocks = rows.chunk_by(|(a, _), (b, _)| (a / BLOCK_S).floor() == (b / BLOCK_S).floor());
+    let mean = |block: &[(f64, Vec3)]| {
+        let rows = block.len() as f64;
+        BlockMean {
+            time_s: block.iter().map(|(t, _)| t).sum::<f64>() / rows,
+            force_n: block.iter().map(|(_, f)| f).sum::<Vec3>() / rows,
+            rows,
         }
-    }
-    block.into_iter().for_each(&mut done);
+    };
+    blocks.map(mean).collect()
+}
+
+/// How far the means scatter beyond white noise; about a drift in proportion to time where there is one, about zero
+/// otherwise.
+fn wandering(means: &[BlockMean], sd: [f64; 3], drifts: bool) -> f64 {
     if means.len() < FEWEST {
         return 1.0;
     }
-    let (mut sum, mut freedom) = (0.0, 0.0);
-    for (axis, sd) in sd.into_iter().enumerate() {
-        let weight: f64 = means.iter().map(|m| m.2).sum();
-        let mean_t = means.iter().map(|m| m.2 * m.0).sum::<f64>() / weight;
-        let mean_f = means.iter().map(|m| m.2 * m.1[axis]).sum::<f64>() / weight;
-        let spread: f64 = means.iter().map(|m| m.2 * (m.0 - mean_t).powi(2)).sum();
-        let along: f64 = means.iter().map(|m| m.2 * (m.0 - mean_t) * (m.1[axis] - mean_f)).sum();
-        let left =
-            |m: &(f64, Vec3, f64)| m.2 * (m.1[axis] - mean_f - along / spread * (m.0 - mean_t)).powi(2);
-        sum += means.iter().map(left).sum::<f64>() / sd.powi(2);
-        freedom += means.len() as f64 - 2.0;
+    let spread: f64 = means.iter().map(|m| m.rows * m.time_s * m.time_s).sum();
+    let sum = |axis: usize| -> f64 {
+        let along: f64 = means.iter().map(|m| m.rows * m.time_s * m.force_n[axis]).sum();
+        let rate = if drifts { along / spread } else { 0.0 };
+        let left = |m: &BlockMean| m.rows * ((m.force_n[axis] - rate * m.time_s) / sd[axis]).powi(2);
+        means.iter().map(left).sum()
+    };
+    let freedom = 3.0 * (means.len() as f64 - f64::from(u8::from(drifts)));
+    beyond_chance((0..3).map(sum).sum::<f64>() / freedom, freedom)
+}
+
+/// Whether the means tell a drift in proportion to time from a zero that only wanders (an Ornstein–Uhlenbeck process, its
+/// size and time the likeliest, in either case).
+fn drifts(means: &[BlockMean], sd: [f64; 3]) -> bool {
+    if means.len() < FEWEST {
+        return true;
     }
-    beyond_chance(sum / freedom, freedom)
+    let mut likeliest = [f64::NEG_INFINITY; 2];
+    for size in WANDER_SIZES {
+        for time_s in WANDER_TIMES_S {
+            let logs: Option<Vec<[f64; 2]>> =
+                (0..3).map(|axis| log_likelihoods(means, axis, sd[axis], size * sd[axis], time_s)).collect();
+            for log in logs.iter() {
+                for (with, best) in likeliest.iter_mut().enumerate() {
+                    *best = best.max(log.iter().map(|l| l[with]).sum());
+                }
+            }
+        }
+    }
+    2.0 * (likeliest[1] - likeliest[0]) > TOLD
+}
+
+/// Standard deviations of a wandering zero that are tried, over that of a row, and its times (s).
+const WANDER_SIZES: [f64; 8] = [0.0, 0.1, 0.2, 0.35, 0.6, 1.0, 1.8, 3.0];
+const WANDER_TIMES_S: [f64; 6] = [0.3, 1.0, 3.0, 8.0, 20.0, 60.0];
+
+/// Twice the logarithm of a ratio of likelihoods beyond which a drift is told from wandering: chance with three parameters once in
+/// 10,000 times.
+const TOLD: f64 = 21.1;
+
+/// Logarithms of the likelihood of one axis' means without a drift and with the likeliest one, but for a constant.
+fn log_likelihoods(means: &[BlockMean], axis: usize, sd: f64, wander: f64, time_s: f64) -> Option<[f64; 2]> {
+    let covariance = DMatrix::from_fn(means.len(), means.len(), |i, j| {
+        let apart = (means[i].time_s - means[j].time_s).abs();
+        let white = if i == j { sd * sd / means[i].rows } else { 0.0 };
+        white + wander * wander * (-apart / time_s).exp()
+    });
+    let factor = covariance.cholesky()?;
+    let time = DVector::from_iterator(means.len(), means.iter().map(|m| m.time_s));
+    let force = DVector::from_iterator(means.len(), means.iter().map(|m| m.force_n[axis]));
+    let (time_solved, force_solved) = (factor.solve(&time), factor.solve(&force));
+    let volume: f64 = factor.l_dirty().diagonal().iter().map(|l| l.ln()).sum();
+    let without = -0.5 * force.dot(&force_solved) - volume;
+    Some([without, without + 0.5 * time.dot(&force_solved).powi(2) / time.dot(&time_solved)])
 }
 
 /// A ratio of variances, or 1 where chance may have made it.
@@ -116,4 +165,52 @@ fn sway(recording: &Recording, evidence: &Evidence) -> [f64; 3] {
         let mean_white = rows().map(white).sum::<f64>() / n;
         (beyond_chance(ratio, n) - 1.0) * mean_white
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    const SD: f64 = 0.005;
+
+    /// Means of a sensor whose zero wanders and drifts, between eight pokes of five seconds.
+    fn rest(seed: u64, wander: f64, time_s: f64, rate: f64) -> Vec<BlockMean> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let keep = (-0.02 / time_s).exp();
+        let mut zero = Vec3::from_fn(|_, _| wander * normal());
+        let mut rows = Vec::new();
+        for i in 0..2_500 {
+            let t = 0.02 * f64::from(i);
+            zero = keep * zero + Vec3::from_fn(|_, _| (1.0 - keep * keep).sqrt() * wander * normal());
+            if i % 300 < 50 {
+                rows.push((t, zero + Vec3::from_fn(|_, _| SD * normal()) + Vec3::x() * rate * t));
+            }
+        }
+        means(&rows)
+    }
+
+    #[test]
+    fn a_drift_is_told_from_wandering() {
+        let told = |wander: f64, time_s: f64, rate: f64| {
+            (0..60).filter(|&seed| drifts(&rest(seed, wander, time_s, rate), [SD; 3])).count()
+        };
+        for time_s in [1.0, 5.0, 20.0] {
+            assert!(told(0.004, time_s, 0.0) <= 1, "{time_s} s");
+        }
+        assert_eq!(told(0.0, 1.0, 0.0), 0);
+        assert_eq!(told(0.0, 1.0, 2e-4), 60);
+        assert!(told(0.002, 5.0, 1e-3) >= 58);
+    }
+
+    #[test]
+    fn what_wanders_weighs_less() {
+        assert_eq!(wandering(&rest(1, 0.0, 1.0, 0.0), [SD; 3], false), 1.0);
+        let wanders = wandering(&rest(1, SD, 5.0, 0.0), [SD; 3], false);
+        // Means over half a second: 25 rows, all with the same zero.
+        assert!((10.0..50.0).contains(&wanders), "{wanders}");
+    }
 }

@@ -84,7 +84,7 @@ pub(super) fn select(model: &Model<'_>, progress: &mut dyn FnMut(usize, usize)) 
     let mut screened = screen(model, &base, &[]);
     let mut selection = Selection { base, screened: screened.clone(), tried: Vec::new(), chosen: None };
     for round in 0..MOST {
-        let (current, physics) = match selection.chosen.map(|i| &selection.tried[i]) {
+        let (mut current, physics) = match selection.chosen.map(|i| &selection.tried[i]) {
             Some(tried) => (tried.fitted.clone(), tried.physics.clone()),
             None => (selection.base.clone(), Vec::new()),
         };
@@ -92,19 +92,28 @@ pub(super) fn select(model: &Model<'_>, progress: &mut dyn FnMut(usize, usize)) 
             screened = screen(model, &current, &physics);
         }
         let share = LEAST_SHARE * (selection.base.cost - current.cost);
-        let least = |physics: Physics| least(model, &selection.base, physics).max(share);
+        let least = |base: &Fitted, physics: Physics| least(model, base, physics).max(share);
         let best_gain = screened.first().map_or(0.0, |s| s.gain);
-        let promising =
-            |s: &&Screened| s.gain > 0.5 * least(s.start.physics) && s.gain > PROMISING * best_gain;
+        let promising = |s: &&Screened| {
+            s.gain > 0.5 * least(&selection.base, s.start.physics) && s.gain > PROMISING * best_gain
+        };
         let worth: Vec<&Screened> = screened.iter().filter(promising).collect();
         let contenders = best_of_each(&worth, BEST);
         progress(physics.len(), contenders.len());
         let mut refitted = contend(model, &current, &physics, &contenders);
-        let held_out_before = current.held_out(model).map(|h| h.iter().sum::<f64>());
         refitted.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+        // What a contender gains by carrying the fit before it to a better place is not its own.
+        if let Some(better) = refitted.first().and_then(|best| without_its_last(model, &current, best)) {
+            match selection.chosen {
+                Some(chosen) => selection.tried[chosen].fitted = better.clone(),
+                None => selection.base = better.clone(),
+            }
+            current = better;
+        }
+        let held_out_before = current.held_out(model).map(|h| h.iter().sum::<f64>());
         let best = refitted.iter().position(|tried| {
             let gain = current.cost - tried.fitted.cost;
-            tried.physics.last().is_some_and(|physics| gain >= least(*physics))
+            tried.physics.last().is_some_and(|physics| gain >= least(&selection.base, *physics))
                 && believed(model, &tried.fitted, held_out_before, current.chi2())
         });
         let known = selection.tried.len();
@@ -122,7 +131,17 @@ pub(super) fn select(model: &Model<'_>, progress: &mut dyn FnMut(usize, usize)) 
     Some(selection)
 }
 
-/// Refits contenders, the most promising first: the others go on while they might come close to it.
+/// The fit before `tried` was, from where `tried` carried it, if that is a better place.
+fn without_its_last(model: &Model<'_>, current: &Fitted, tried: &Tried) -> Option<Fitted> {
+    let added = *tried.physics.last()?;
+    let (mut acting, at) = reduced(model, &tried.fitted, |knob| knob.physics() != added);
+    acting.fine = current.acting.fine;
+    let effort = Effort { optimism: FROM_CLOSE, hopeless: current.cost - CONTENDED, ..IN_FULL };
+    descend(model, &acting, at, effort).filter(|better| better.cost < effort.hopeless)
+}
+
+/// Refits contenders: first those that leave the body as it is, of either kind the most promising first. The others go on
+/// while they might come close to the best so far.
 fn contend(
     model: &Model<'_>,
     current: &Fitted,
@@ -151,13 +170,20 @@ fn contend(
         let all = physics.iter().copied().chain([added]).collect();
         Some(Tried { physics: all, fitted: best? })
     };
-    let Some((first, others)) = contenders.split_first() else { return Vec::new() };
-    let first = refit(first, None);
-    let beaten_by = first.as_ref().map(|tried| tried.fitted.cost);
-    first
-        .into_iter()
-        .chain(others.par_iter().filter_map(|starts| refit(starts, beaten_by)).collect::<Vec<_>>())
-        .collect()
+    let dear = |starts: &&Vec<&Screened>| {
+        let start = &starts[0].start;
+        LARGE.contains(&start.physics) || start.knobs.iter().any(|(knob, _)| matches!(knob, Knob::Bulk(_)))
+    };
+    let (dear, cheap): (Vec<_>, Vec<_>) = contenders.iter().partition(dear);
+    let mut tried: Vec<Tried> = Vec::new();
+    for contenders in [cheap, dear] {
+        let Some((first, others)) = contenders.split_first() else { continue };
+        let least = |tried: &[Tried]| tried.iter().map(|t| t.fitted.cost).min_by(f64::total_cmp);
+        tried.extend(refit(first, least(&tried)));
+        let beaten_by = least(&tried);
+        tried.par_extend(others.par_iter().filter_map(|starts| refit(starts, beaten_by)));
+    }
+    tried
 }
 
 /// Whether pokes that a fit did not see are predicted better by a good part of what it gains on those that it saw.
@@ -171,24 +197,30 @@ fn believed(model: &Model<'_>, fitted: &Fitted, held_out_before: Option<f64>, ch
 const HELD_OUT_PART: f64 = 0.3;
 
 /// What an entry must explain to be believed.
-fn least(model: &Model<'_>, base: &Fitted, physics: Physics) -> f64 {
-    match physics {
-        Physics::Inclusion
-        | Physics::Anisotropy
-        | Physics::PoissonRatio
-        | Physics::BaseDebonding
-        | Physics::CompliantBase
-        | Physics::SelfWeight
-        | Physics::CoarseMesh
-        | Physics::StageCompliance
-        | Physics::ForceGain
-        | Physics::CameraMisalignment
-        | Physics::CameraScale => {
-            let misplaced = MISPLACED[usize::from(!model.settled.settings.quick)];
-            LEAST_GAIN.max(misplaced * misplaced * base.signal(model))
-        }
-        _ => LEAST_GAIN,
+pub(super) fn least(model: &Model<'_>, base: &Fitted, physics: Physics) -> f64 {
+    if !like_elements(physics) {
+        return LEAST_GAIN;
     }
+    let misplaced = MISPLACED[usize::from(!model.settled.settings.quick)];
+    LEAST_GAIN.max(misplaced * misplaced * base.signal(model))
+}
+
+/// Whether an entry is in proportion to the load, as what elements get wrong is.
+pub(super) fn like_elements(physics: Physics) -> bool {
+    matches!(
+        physics,
+        Physics::Inclusion
+            | Physics::Anisotropy
+            | Physics::PoissonRatio
+            | Physics::BaseDebonding
+            | Physics::CompliantBase
+            | Physics::SelfWeight
+            | Physics::CoarseMesh
+            | Physics::StageCompliance
+            | Physics::ForceGain
+            | Physics::CameraMisalignment
+            | Physics::CameraScale
+    )
 }
 
 /// Whether the means of the residual are those of noise.

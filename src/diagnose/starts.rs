@@ -54,7 +54,9 @@ pub(super) fn starts(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
     add(Physics::LateContact, vec![(Knob::Late, 3e-5)]);
     add(Physics::StageBacklash, vec![(Knob::Backlash, 3e-5)]);
     add(Physics::StageCompliance, vec![(Knob::StageGive, 0.0)]);
-    add(Physics::ForceDrift, (0..3).map(|axis| (Knob::Drift(axis), 0.0)).collect());
+    if model.correlation.drifts {
+        add(Physics::ForceDrift, (0..3).map(|axis| (Knob::Drift(axis), 0.0)).collect());
+    }
     add(Physics::ForceGain, (0..2).map(|axis| (Knob::Gain(axis), 0.0)).collect());
     add(Physics::CameraMisalignment, (0..3).map(|axis| (Knob::Rotation(axis), 0.0)).collect());
     add(Physics::CameraScale, vec![(Knob::Scale, 1.0), (Knob::DepthGain, 1.0)]);

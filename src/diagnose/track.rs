@@ -9,8 +9,8 @@ use crate::observation::Recording;
 /// One poke.
 #[derive(Debug, Clone)]
 pub(super) struct Track {
-    /// Index of the poke in the recording.
-    pub poke: usize,
+    /// Number by which the recording names the poke.
+    pub number: u32,
     /// Its own among the tracks.
     pub index: usize,
     /// Index of its site in the evidence.
@@ -148,7 +148,7 @@ pub(super) fn tracks(recording: &Recording, evidence: &Evidence, inward: &[Vec3]
             let least = LEAST_DEPTH * depth_m.iter().copied().fold(0.0, f64::max);
             let counts = depth_m.iter().map(|depth| *depth >= least).collect();
             Some(Track {
-                poke: index,
+                number: poke.number,
                 index: 0,
                 site,
                 direction,

@@ -5,7 +5,7 @@ use super::left::{Left, Mean};
 use super::model::Model;
 use super::physics::Physics;
 use super::refit::End;
-use super::select::{Selection, Tried};
+use super::select::{Selection, Tried, least, like_elements};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// The verdict with what led to it.
@@ -28,7 +28,7 @@ pub(super) struct Judged {
 pub(super) struct Evidence {
     /// Share of what was left beyond noise that the reading removes.
     pub explained: f64,
-    /// Fall of the sum of squares.
+    /// Fall of the sum of squares, over what the effect must lower it by to be believed.
     pub gain: f64,
     /// What the best other reading lacks of it, as a share.
     pub margin: f64,
@@ -46,7 +46,7 @@ pub(super) fn alike(gain: f64) -> f64 {
 /// A reading that removes less than this share of what was left beyond noise does not explain the recording.
 const EXPLAINS: f64 = 0.8;
 
-/// A reading less sure than this is not named where little is left to be explained.
+/// A reading less sure than this is not named.
 const LEAST_CONFIDENCE: f64 = 0.5;
 
 /// How much wider than white noise the sum of squares of means scatters, because the error of a marker's rest position is
@@ -65,7 +65,8 @@ pub(super) fn judge(
     let (x_after, _) = beyond_noise(after);
     let p_value = Normal::standard().sf(x_before / sd).max(f64::MIN_POSITIVE);
     let chosen = selection.chosen.map(|i| &selection.tried[i]);
-    let mut detected = chosen.is_some() || p_value < false_alarm / 2.0;
+    let shows = p_value < false_alarm / 2.0;
+    let mut detected = chosen.is_some() || shows;
     let mut verdict = Verdict {
         physics: Vec::new(),
         unexplained: false,
@@ -79,16 +80,17 @@ pub(super) fn judge(
         let nearest = others.first().map_or(gain, |other| other.fitted.cost - chosen.fitted.cost);
         let evidence = Evidence {
             explained: 1.0 - x_after.max(0.0) / x_before.max(sd),
-            gain,
+            gain: gain / chosen.physics.iter().map(|p| least(model, &selection.base, *p)).fold(0.0, f64::max),
             margin: (nearest / gain).clamp(0.0, 1.0),
         };
         let sure = confidence(&evidence);
-        if sure < LEAST_CONFIDENCE && x_before < 4.0 * sd {
-            // Hardly anything is left to be explained, and the explanation is doubtful.
+        let doubtful = sure < LEAST_CONFIDENCE && x_before < 4.0 * sd;
+        if doubtful || !shows && chosen.physics.iter().all(|p| like_elements(*p)) {
+            // Hardly anything is left to be explained, and the explanation is doubtful, or elements may have left it.
             remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
-            verdict.confidence = 1.0 - sure;
+            verdict.confidence = (1.0 - sure).max(LEAST_CONFIDENCE);
             detected = false;
-        } else if evidence.explained < EXPLAINS && x_after > 4.0 * sd {
+        } else if sure < LEAST_CONFIDENCE || evidence.explained < EXPLAINS && x_after > 4.0 * sd {
             verdict.unexplained = true;
             verdict.confidence = 0.5 + 0.45 * (1.0 - (evidence.explained / EXPLAINS).clamp(0.0, 1.0));
             remarks.push(format!(
@@ -151,10 +153,9 @@ fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tried> {
 /// Logistic in the evidence.
 fn confidence(evidence: &Evidence) -> f64 {
     let [constant, by_explained, by_gain, by_margin] = LOGISTIC;
-    let log_gain = (evidence.gain.max(1.0) / 100.0).ln();
     let score = constant
         + by_explained * evidence.explained
-        + by_gain * log_gain
+        + by_gain * evidence.gain.max(1.0).ln()
         + by_margin * evidence.margin.sqrt();
     (1.0 / (1.0 + (-score).exp())).min(MOST_SURE)
 }
@@ -162,9 +163,9 @@ fn confidence(evidence: &Evidence) -> f64 {
 /// No verdict is surer than this: what nobody has thought of is always possible.
 const MOST_SURE: f64 = 0.99;
 
-/// Coefficients: constant, share explained, logarithm of the gain over 100, root of the margin. Set by hand; `prove` shows
+/// Coefficients: constant, share explained, logarithm of the gain, root of the margin. Set by hand; `prove` shows
 /// how well they are calibrated.
-const LOGISTIC: [f64; 4] = [-10.0, 12.0, 0.4, 3.0];
+const LOGISTIC: [f64; 4] = [-12.0, 9.0, 1.2, 4.0];
 
 /// Names in a row.
 fn names(physics: &[Physics]) -> String {

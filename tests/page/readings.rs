@@ -177,13 +177,13 @@ pub(crate) fn unexplained(recording: &Recording) -> Diagnosis {
 /// A force that relaxes by `share`; the baseline's does not.
 fn curves(recording: &Recording, share: f64) -> Vec<Curve> {
     let fit = synthetic::fit(recording);
-    let curve = |(index, poke): (usize, &phantom_rig::inverse::PokeView)| {
+    let curve = |poke: &phantom_rig::inverse::PokeView| {
         let start = poke.samples[0].time_s;
         let relaxed = |t: f64| 1.0 - share * (1.0 - (-(t - start) / 4.0).exp());
         let along = |f: [f64; 3]| Vec3::from(f).dot(&poke.direction);
         let of = |f: &dyn Fn(&phantom_rig::inverse::Sample) -> f64| poke.samples.iter().map(f).collect();
         Curve {
-            poke: index + 1,
+            poke: poke.number,
             time_s: of(&|s| s.time_s),
             depth_m: of(&|s| s.depth_m),
             measured_n: of(&|s| {
@@ -196,5 +196,5 @@ fn curves(recording: &Recording, share: f64) -> Vec<Curve> {
                 .collect(),
         }
     };
-    fit.pokes.iter().enumerate().map(curve).collect()
+    fit.pokes.iter().map(curve).collect()
 }

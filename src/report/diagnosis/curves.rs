@@ -22,7 +22,7 @@ pub(super) struct Curves {
 
 #[derive(Serialize)]
 struct CurveSeries {
-    number: usize,
+    number: u32,
     /// Whether the mismatch shows in it.
     shows: bool,
     t_s: Vec<f64>,

@@ -48,7 +48,7 @@ struct MismatchEntry<'a> {
     channels: Vec<&'static str>,
     /// The same with direction.
     channels_in_detail: Vec<&'static str>,
-    pokes: &'a [usize],
+    pokes: &'a [u32],
     phases: Vec<&'static str>,
     region: Option<RegionEntry>,
     properties: &'a [String],

@@ -81,8 +81,8 @@ impl PlaceScene {
 
 fn tips(diagnosis: &Diagnosis, recording: &Recording, skin: &Skin) -> Vec<TipScene> {
     let mut places: Vec<(Vec3, TipScene)> = Vec::new();
-    for (index, poke) in recording.pokes.iter().enumerate() {
-        let shows = diagnosis.mismatch.pokes.contains(&(index + 1));
+    for poke in &recording.pokes {
+        let shows = diagnosis.mismatch.pokes.contains(&poke.number);
         match places.iter_mut().find(|(site, _)| (site - poke.site).norm() < SAME_SITE_M) {
             Some((_, tip)) => {
                 tip.numbers.push(poke.number);

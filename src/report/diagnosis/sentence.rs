@@ -76,7 +76,7 @@ pub fn evidence(diagnosis: &Diagnosis) -> String {
     if mismatch.detected {
         let channels: Vec<&str> = mismatch.channels.iter().take(2).map(|c| channel_words(*c)).collect();
         let phases: Vec<&str> = mismatch.phases.iter().take(2).map(|p| phase_words(*p)).collect();
-        let pokes: Vec<String> = mismatch.pokes.iter().take(4).map(usize::to_string).collect();
+        let pokes: Vec<String> = mismatch.pokes.iter().take(4).map(u32::to_string).collect();
         let mut shows = String::new();
         if !channels.is_empty() {
             shows.push_str(&format!(" in {}", listed(&channels, "and")));
