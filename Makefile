@@ -1,20 +1,28 @@
-# `make demo` does the main job on the bundled recording, `make test` runs every test, `make prove` shows on draws that
+# `make demo` does the main job on a concealed bench, `make test` runs every test, `make prove` shows on draws that
 # nobody has seen how well diagnoses name what a recording conceals.
 #
 # All need Rust, make and a C compiler. What the tests need besides is installed by apt when it is missing and
 # apt is there; without it the tests concerned say that they were skipped.
 .PHONY: demo test prove packages
 
+# A bench that nobody has seen: SEED=… draws one again.
 DEMO := target/demo
 
 demo:
 	cargo build --release --quiet
-	target/release/phantom-rig fit rigs/demo --out $(DEMO)
-	@echo "The recording conceals: rigs/demo.truth.toml"
-	@if [ -n "$${DISPLAY:-}$${WAYLAND_DISPLAY:-}" ] && command -v xdg-open >/dev/null; then \
-		xdg-open $(DEMO)/fit.html >/dev/null 2>&1 || true; \
+	@seed="$(SEED)"; [ -n "$$seed" ] || seed=$$(od -An -N4 -tu4 /dev/urandom | tr -d ' '); \
+	rig=target/release/phantom-rig; proof=$(DEMO)/$$seed; bundle=$$proof/recordings/draw-0001; \
+	echo "Seed $$seed. A bench is drawn, with an effect that it does not tell, and a session recorded."; \
+	$$rig conceal --seed $$seed --count 1 --phantoms 1 --with-effect --out $$proof --quiet && \
+	echo "The recording is fitted as if nothing were concealed." && \
+	{ $$rig fit $$bundle --out $$proof/fit || [ $$? = 3 ]; } && \
+	echo "It is diagnosed; then the sealed answer is opened." && \
+	{ $$rig prove $$proof --pages || [ $$? = 3 ]; } && \
+	page=$$proof/pages/draw-0001.html && \
+	if [ -n "$${DISPLAY:-}$${WAYLAND_DISPLAY:-}" ] && command -v xdg-open >/dev/null; then \
+		xdg-open $$page >/dev/null 2>&1 || true; \
 	else \
-		echo "Open $(CURDIR)/$(DEMO)/fit.html in a browser."; \
+		echo "Open $(CURDIR)/$$page in a browser."; \
 	fi
 
 # Takes hours; stopped, it goes on when called again. SEED=… takes a seed of one's own, COUNT=… another number of draws.

@@ -35,6 +35,9 @@ pub(super) struct ConcealArguments {
     /// Phantoms that the draws share; each costs some twenty seconds of processor time
     #[arg(long, default_value_t = 20)]
     phantoms: u64,
+    /// Pass over draws that conceal nothing
+    #[arg(long)]
+    with_effect: bool,
     /// Where to write
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -47,8 +50,10 @@ const ATTEMPTS: u64 = 50;
 struct Waiting {
     draw: String,
     index: u64,
-    /// Seeds before this one that the bench could not record.
+    /// Seeds before this one that were passed over.
     skipped: u64,
+    /// Those of them that the bench could not record.
+    refusals: u64,
     world: World,
     /// Why the last was refused.
     refused: Option<SimError>,
@@ -136,6 +141,7 @@ fn begin(arguments: &ConcealArguments, folder: &ProofFolder) -> anyhow::Result<S
         format: "phantom-conceal/1".to_owned(),
         count: arguments.count,
         phantoms: arguments.phantoms,
+        with_effect: arguments.with_effect,
         seed_sha256: hex(&digest("phantom-rig seed", &[&arguments.seed.to_le_bytes()])),
     };
     match folder.manifest()? {
@@ -153,6 +159,9 @@ fn begin(arguments: &ConcealArguments, folder: &ProofFolder) -> anyhow::Result<S
                 let (has, asked) = (before.phantoms, manifest.phantoms);
                 return Err(ProofError::OtherPhantoms { place: place(), has, asked }.into());
             }
+            if before.with_effect != manifest.with_effect {
+                return Err(ProofError::OtherKind { place: place() }.into());
+            }
             manifest.count = manifest.count.max(before.count);
         }
     }
@@ -165,18 +174,31 @@ fn begin(arguments: &ConcealArguments, folder: &ProofFolder) -> anyhow::Result<S
 
 impl Waiting {
     fn first(arguments: &ConcealArguments, index: u64) -> Self {
-        let world = drawn(arguments, index, 0);
-        Self { draw: draw_name(index), index, skipped: 0, world, refused: None }
+        let (skipped, world) = wanted(arguments, index, 0);
+        Self { draw: draw_name(index), index, skipped, refusals: 0, world, refused: None }
     }
 
     /// The same draw from the next seed.
     fn again(self, arguments: &ConcealArguments, error: SimError) -> anyhow::Result<Self> {
-        let skipped = self.skipped + 1;
-        if skipped == ATTEMPTS {
+        let refusals = self.refusals + 1;
+        if refusals == ATTEMPTS {
             let what = format!("{}: the bench could record none of {ATTEMPTS} sessions", self.draw);
             return Err(error).context(what);
         }
-        Ok(Self { skipped, world: drawn(arguments, self.index, skipped), refused: Some(error), ..self })
+        let (skipped, world) = wanted(arguments, self.index, self.skipped + 1);
+        Ok(Self { skipped, refusals, world, refused: Some(error), ..self })
+    }
+}
+
+/// The first world of a draw, from the attempt on, that is asked for, with its attempt.
+fn wanted(arguments: &ConcealArguments, index: u64, from: u64) -> (u64, World) {
+    let mut attempt = from;
+    loop {
+        let world = drawn(arguments, index, attempt);
+        if !arguments.with_effect || !Answer::of(&world).physics.is_empty() {
+            return (attempt, world);
+        }
+        attempt += 1;
     }
 }
 

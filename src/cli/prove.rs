@@ -5,14 +5,14 @@ use super::proof::{
     read_sums, read_verdict, replace,
 };
 use super::{Context, Exit, Outcome, UsageError};
-use crate::report::scorecard::{Answer, Draw, Scorecard, judge, scorecard_page, scorecard_text};
+use crate::report::scorecard::{Answer, Draw, Scorecard, draw_text, judge, scorecard_page, scorecard_text};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Diagnoses concealed draws, opens their answers, and says how well the diagnoses answer them.
 ///
-/// Each recording is diagnosed (--quick) in a process of its own that is given a copy of the bundle and nothing else.
+/// Each recording is diagnosed in a process of its own that is given a copy of the bundle and nothing else.
 /// When every verdict is on disk they are closed: their hashes are written to DIR/verdicts.csv. Only then are the
 /// answers opened and held against the hashes that `conceal` published. A verdict that is missing or was changed
 /// after closing, an answer or a recording that does not fit its hash: each ends with exit code 1. Goes on where it
@@ -37,7 +37,13 @@ pub(super) struct ProveArguments {
     /// Strength from which on an effect counts as above the limit of detection
     #[arg(long, value_name = "STRENGTH", default_value_t = 0.0)]
     detection_limit: f64,
+    /// Keep the page of each diagnosis that is made, in DIR/pages; some 5 MB each
+    #[arg(long)]
+    pages: bool,
 }
+
+/// Of so few draws each is told.
+const FEW: usize = 5;
 
 pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Result<Outcome> {
     let limit = arguments.detection_limit;
@@ -65,18 +71,23 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
     if !folder.closed().is_file() {
         folder.make()?;
         let bar = context.progress.bar("diagnosing", draws.len() as u64);
-        make_verdicts(&folder, &draws, jobs, &bar)?;
+        make_verdicts(&folder, &draws, jobs.min(draws.len()), arguments.pages, &bar)?;
     }
     close_verdicts(&folder, &draws)?;
 
     let key = arguments.key.clone().unwrap_or_else(|| folder.key());
     let seal = key_of(&key)?;
     let mut judged = Vec::with_capacity(draws.len());
+    let mut told = Vec::new();
     for draw in &draws {
         let published = hashes.get(draw).map(String::as_str).unwrap_or_default();
         let answer = open(&folder, &seal, draw, published)?;
         let (said, seconds) = read_verdict(&folder, draw)?;
-        judged.push(judge(&Draw { name: draw.clone(), answer, said, seconds }));
+        let opened = Draw { name: draw.clone(), answer, said, seconds };
+        judged.push(judge(&opened));
+        if draws.len() <= FEW {
+            told.push(draw_text(&opened));
+        }
     }
     let card = Scorecard::of(judged, limit);
     let root = folder.root();
@@ -85,7 +96,13 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
     let page = root.join("scorecard.html");
     replace(&page, scorecard_page(&card, &title)?.as_bytes())?;
     replace(&root.join("scorecard.json"), (serde_json::to_string_pretty(&json)? + "\n").as_bytes())?;
-    let text = format!("{}\nPage: {}", scorecard_text(&card), page.display());
+    if draws.len() > FEW {
+        told.push(scorecard_text(&card));
+    }
+    let pages =
+        draws.iter().map(|draw| folder.page(draw)).filter(|place| draws.len() <= FEW && place.is_file());
+    told.extend(pages.chain([page]).map(|place| format!("Page: {}", place.display())));
+    let text = told.join("\n");
     let exit = if card.failed.of == 0 { Exit::Good } else { Exit::Degraded };
     Ok(Outcome { exit, text, json })
 }

@@ -14,6 +14,8 @@ pub(in crate::cli) enum ProofError {
     OtherSeed { place: PathBuf },
     #[error("{} was made with --phantoms {has}, asked for are {asked}", place.display())]
     OtherPhantoms { place: PathBuf, has: u64, asked: u64 },
+    #[error("{} was made with another choice of --with-effect", place.display())]
+    OtherKind { place: PathBuf },
     #[error("{draw} has no {what}: run `phantom-rig conceal` again to its end")]
     Incomplete { draw: String, what: &'static str },
     #[error("the diagnosis of {draw} was ended from outside; run again to go on")]

@@ -6,6 +6,7 @@
 //! | `DIR/recordings/draw-0001/` | a recording bundle |
 //! | `DIR/hashes.csv` | SHA-256 of each answer, which carries its own salt |
 //! | `DIR/verdicts/draw-0001.json` | what was said of it |
+//! | `DIR/pages/draw-0001.html` | the same to look at, where it was asked for |
 //! | `DIR/verdicts.csv` | SHA-256 of each verdict; its being there closes them |
 //! | `DIR/scorecard.{json,html}` | how well |
 //! | `DIR.sealed/draw-0001.sealed` | the answer, encrypted |
@@ -31,6 +32,9 @@ pub(in crate::cli) struct Manifest {
     pub(in crate::cli) format: String,
     pub(in crate::cli) count: u64,
     pub(in crate::cli) phantoms: u64,
+    /// Whether draws that conceal nothing were passed over.
+    #[serde(default)]
+    pub(in crate::cli) with_effect: bool,
     pub(in crate::cli) seed_sha256: String,
 }
 
@@ -60,6 +64,10 @@ impl ProofFolder {
 
     pub(in crate::cli) fn verdict(&self, draw: &str) -> PathBuf {
         self.root.join("verdicts").join(draw).with_extension("json")
+    }
+
+    pub(in crate::cli) fn page(&self, draw: &str) -> PathBuf {
+        self.root.join("pages").join(draw).with_extension("html")
     }
 
     pub(in crate::cli) fn hashes(&self) -> PathBuf {

@@ -29,7 +29,10 @@ struct VerdictFile {
 
 const FORMAT: &str = "phantom-verdict/1";
 
-/// Makes the verdicts of those draws that have none, `jobs` at a time.
+/// Folder that a process writes besides what it prints.
+const DIAGNOSIS: &str = "diagnosis";
+
+/// Makes the verdicts of those draws that have none, `jobs` at a time; with their pages where `pages` are asked for.
 ///
 /// # Errors
 /// The first that could not be made; those made before stay.
@@ -37,13 +40,14 @@ pub(in crate::cli) fn make_verdicts(
     folder: &ProofFolder,
     draws: &[String],
     jobs: usize,
+    pages: bool,
     bar: &Bar,
 ) -> anyhow::Result<()> {
     let next = AtomicUsize::new(0);
     let work = || -> anyhow::Result<()> {
         while let Some(draw) = draws.get(next.fetch_add(1, Ordering::Relaxed)) {
             if !folder.verdict(draw).is_file()
-                && let Err(error) = make(folder, draw, jobs)
+                && let Err(error) = make(folder, draw, jobs, pages)
             {
                 // The others finish what they are at, and start nothing.
                 next.store(draws.len(), Ordering::Relaxed);
@@ -60,7 +64,7 @@ pub(in crate::cli) fn make_verdicts(
     })
 }
 
-fn make(folder: &ProofFolder, draw: &str, jobs: usize) -> anyhow::Result<()> {
+fn make(folder: &ProofFolder, draw: &str, jobs: usize, pages: bool) -> anyhow::Result<()> {
     let place = std::env::temp_dir().join(format!("phantom-rig-{}-{draw}", std::process::id()));
     let copy = StagedFolder::new(&place, false)?;
     let bundle = copy.path().join("recording");
@@ -68,7 +72,11 @@ fn make(folder: &ProofFolder, draw: &str, jobs: usize) -> anyhow::Result<()> {
     let program = std::env::current_exe().context("can't find this program")?;
     let started = Instant::now();
     let mut command = Command::new(program);
-    command.args(["diagnose", "recording", "--quick", "--print-only", "--json"]).env_clear();
+    command.args(["diagnose", "recording", "--json"]).env_clear();
+    match pages {
+        true => command.args(["--out", DIAGNOSIS]),
+        false => command.arg("--print-only"),
+    };
     if jobs > 1 {
         command.env("RAYON_NUM_THREADS", "1");
     }
@@ -89,6 +97,14 @@ fn make(folder: &ProofFolder, draw: &str, jobs: usize) -> anyhow::Result<()> {
     });
     let file = VerdictFile { format: FORMAT.to_owned(), draw: draw.to_owned(), seconds, diagnosis };
     let text = serde_json::to_string_pretty(&file)? + "\n";
+    let page = copy.path().join(DIAGNOSIS).join("diagnosis.html");
+    if pages && page.is_file() {
+        let kept = folder.page(draw);
+        if let Some(parent) = kept.parent() {
+            fs::create_dir_all(parent).with_context(|| format!("can't make {}", parent.display()))?;
+        }
+        replace(&kept, &read(&page)?)?;
+    }
     Ok(replace(&folder.verdict(draw), text.as_bytes())?)
 }
 

@@ -6,6 +6,7 @@
 mod aliases;
 mod answer;
 mod bins;
+mod draw_text;
 mod errors;
 mod judge;
 mod page;
@@ -15,6 +16,7 @@ mod text;
 
 pub use answer::{Answer, Figure};
 pub use bins::{Bin, calibration_error, reliability};
+pub use draw_text::draw_text;
 pub use errors::ParameterError;
 pub use judge::{Draw, Judged, Kind, Outcome, judge};
 pub use page::scorecard_page;
