@@ -7,7 +7,7 @@ use super::proof::{
 use super::{Context, Exit, Outcome, StagedFolder, UsageError};
 use crate::dataset::write_bundle;
 use crate::observation::Recording;
-use crate::sim::{Answer, Phantom, SimError, World};
+use crate::sim::{Answer, Phantom, SimError, Strength, World};
 use anyhow::Context as _;
 use clap::Args;
 use rayon::prelude::*;
@@ -221,7 +221,7 @@ fn drawn(arguments: &ConcealArguments, index: u64, attempt: u64) -> World {
 /// A recording with the strength of what it conceals.
 struct Recorded {
     recording: Recording,
-    strength: Option<f64>,
+    strength: Option<Strength>,
 }
 
 fn record(world: &World, phantom: &Phantom) -> Result<Recorded, SimError> {
@@ -250,7 +250,8 @@ fn write(
             "salt": hex(&salt),
             "passed_over": waiting.skipped,
             "passed_over_because": waiting.refused.as_ref().map(ToString::to_string),
-            "strength": recorded.strength,
+            "strength": recorded.strength.map(|s| s.net),
+            "signal": recorded.strength.map(|s| s.signal),
             "bundle_sha256": bundle_sum(bundle.path())?,
         });
         keys.extend(more.as_object().cloned().unwrap_or_default());

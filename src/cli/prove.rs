@@ -5,7 +5,9 @@ use super::proof::{
     read_sums, read_verdict, replace,
 };
 use super::{Context, Exit, Outcome, UsageError};
-use crate::report::scorecard::{Answer, Draw, Scorecard, draw_text, judge, scorecard_page, scorecard_text};
+use crate::report::scorecard::{
+    Answer, Draw, Limit, Scorecard, draw_text, judge, scorecard_page, scorecard_text,
+};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -37,6 +39,9 @@ pub(super) struct ProveArguments {
     /// Strength from which on an effect counts as above the limit of detection
     #[arg(long, value_name = "STRENGTH", default_value_t = 0.0)]
     detection_limit: f64,
+    /// Strength over the norm of the readings from which on it does; elements misplace such a share
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    detection_share: f64,
     /// Keep the page of each diagnosis that is made, in DIR/pages; some 5 MB each
     #[arg(long)]
     pages: bool,
@@ -46,9 +51,11 @@ pub(super) struct ProveArguments {
 const FEW: usize = 5;
 
 pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Result<Outcome> {
-    let limit = arguments.detection_limit;
-    if !(limit >= 0.0 && limit.is_finite()) {
-        return Err(UsageError(format!("--detection-limit must be 0 or more, got {limit}")).into());
+    let limit = Limit { strength: arguments.detection_limit, share: arguments.detection_share };
+    for (name, least) in [("limit", limit.strength), ("share", limit.share)] {
+        if !(least >= 0.0 && least.is_finite()) {
+            return Err(UsageError(format!("--detection-{name} must be 0 or more, got {least}")).into());
+        }
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = arguments.jobs.unwrap_or(cores);

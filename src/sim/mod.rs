@@ -63,5 +63,5 @@ pub use supports::Restraint;
 pub use truth::{TrueRestraint, Truth};
 pub use world::{
     Answer, Body, Disc, Effect, Figure, Foreign, Hold, Large, Memory, Phantom, PhantomPlan, Press, PronyTerm,
-    Rig, Site, StiffeningLaw, Touch, World, stock,
+    Rig, Site, StiffeningLaw, Strength, Touch, World, stock,
 };

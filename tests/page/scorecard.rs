@@ -4,7 +4,7 @@ use super::browser;
 use super::picture::{drawn_share, pixels};
 use super::synthetic;
 use super::view::{SCREEN, assert_quiet, part};
-use phantom_rig::report::scorecard::{Draw, Said, Scorecard, judge, scorecard_page, scorecard_text};
+use phantom_rig::report::scorecard::{Draw, Limit, Said, Scorecard, judge, scorecard_page, scorecard_text};
 use serde_json::{Value, json};
 use std::fs;
 
@@ -37,7 +37,7 @@ fn a_scorecard_shows_without_a_network() {
     let mut judged: Vec<_> = (0..60).map(|i| judge(&draw(i))).collect();
     let failed = Draw { said: Said::Failed("<b>no tip</b>".to_owned()), ..draw(61) };
     judged.push(judge(&failed));
-    let card = Scorecard::of(judged, 10.0);
+    let card = Scorecard::of(judged, Limit { strength: 10.0, share: 0.0 });
     // Of 30 draws without effect those divisible by 10 were called; of 30 with one, those that end with 5 were misnamed.
     assert_eq!((card.false_alarms.of, card.false_alarms.all), (6, 30));
     assert_eq!((card.named_right_all.of, card.named_right_all.all), (24, 31));

@@ -13,10 +13,12 @@ pub struct Answer {
     /// Parameters by physics id and parameter id.
     #[serde(default)]
     pub parameters: BTreeMap<String, BTreeMap<String, Figure>>,
-    /// What the effects change in the readings, over their noise; none where nothing is concealed, and for a wrong
-    /// statement of the operator, which changes no reading.
+    /// What the effects change in the readings, over their noise; none where nothing is concealed.
     #[serde(default)]
     pub strength: Option<f64>,
+    /// Norm of the readings, over their noise, where something is concealed.
+    #[serde(default)]
+    pub signal: Option<f64>,
 }
 
 /// One parameter.

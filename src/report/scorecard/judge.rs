@@ -77,6 +77,8 @@ pub struct Judged {
     pub confidence: Option<f64>,
     /// Strength of the effects.
     pub strength: Option<f64>,
+    /// Strength over the norm of the readings.
+    pub strength_share: Option<f64>,
     /// Distance between concealed and found place (m), where the right entry has one.
     pub place_error_m: Option<f64>,
     /// Errors of the parameters of entries that were named rightly.
@@ -106,6 +108,7 @@ pub fn judge(draw: &Draw) -> Judged {
         detected: false,
         confidence: None,
         strength: answer.strength,
+        strength_share: answer.strength.zip(answer.signal).map(|(strength, signal)| strength / signal),
         place_error_m: None,
         parameters: Vec::new(),
         modulus_error: [None; 2],

@@ -21,5 +21,5 @@ pub use errors::ParameterError;
 pub use judge::{Draw, Judged, Kind, Outcome, judge};
 pub use page::scorecard_page;
 pub use said::{Number, Said, Verdict};
-pub use tally::{Coverage, Line, Scorecard, Share, Spread};
+pub use tally::{Coverage, Limit, Line, Scorecard, Share, Spread};
 pub use text::scorecard_text;

@@ -17,7 +17,7 @@ const SCRIPTS: [&str; 1] = [include_str!("scorecard.js")];
 pub fn scorecard_page(card: &Scorecard, title: &str) -> Result<String, ReportError> {
     let figures = rows(card);
     let lines: Vec<[String; 2]> = card.lines.iter().map(|l| [l.concealed.clone(), l.said()]).collect();
-    let draws: Vec<[String; 6]> = card
+    let draws: Vec<[String; 7]> = card
         .judged
         .iter()
         .map(|j| {
@@ -38,6 +38,7 @@ pub fn scorecard_page(card: &Scorecard, title: &str) -> Result<String, ReportErr
                 j.name.clone(),
                 joined(&j.concealed, "nothing"),
                 number(j.strength, 1),
+                number(j.strength_share.map(|share| 100.0 * share), 2),
                 named,
                 number(j.confidence, 2),
                 j.outcome.words().to_owned(),
@@ -53,13 +54,13 @@ pub fn scorecard_page(card: &Scorecard, title: &str) -> Result<String, ReportErr
         TEMPLATE,
         &[
             ("title", &escape(title)),
-            ("count", &card.draws.to_string()),
+            ("count", &format!("{} concealed draw{}", card.draws, if card.draws == 1 { "" } else { "s" })),
             ("figures", &table(&["What", "Figure"], figures.iter().map(|r| r.as_slice()))),
             ("lines", &table(&["Concealed", "How it came out"], lines.iter().map(|r| r.as_slice()))),
             (
                 "draws",
                 &table(
-                    &["Draw", "Concealed", "Strength", "Said", "Confidence", "Outcome"],
+                    &["Draw", "Concealed", "Strength", "Share (%)", "Said", "Confidence", "Outcome"],
                     draws.iter().map(|r| r.as_slice()),
                 ),
             ),

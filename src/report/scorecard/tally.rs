@@ -50,13 +50,30 @@ pub struct Line {
     pub instead: BTreeMap<String, usize>,
 }
 
+/// From where on effects count as above the limit of detection.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Limit {
+    /// Least strength.
+    pub strength: f64,
+    /// Least strength over the norm of the readings: elements misplace such a share.
+    pub share: f64,
+}
+
+impl Limit {
+    /// What is not known does not count as below.
+    fn passed_by(&self, draw: &Judged) -> bool {
+        draw.strength.is_none_or(|s| s >= self.strength)
+            && draw.strength_share.is_none_or(|s| s >= self.share)
+    }
+}
+
 /// The scorecard.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scorecard {
     /// Draws in all.
     pub draws: usize,
-    /// Strength from which on effects count as above the detection limit.
-    pub detection_limit: f64,
+    /// The limit of detection that was stated.
+    pub detection_limit: Limit,
     /// One effect of the catalogue above the limit: named right.
     pub named_right: Share,
     /// The same of all strengths.
@@ -112,13 +129,13 @@ pub struct Scorecard {
 }
 
 impl Scorecard {
-    /// Counts. Effects of which no strength is known count as above the limit.
-    pub fn of(judged: Vec<Judged>, detection_limit: f64) -> Self {
+    /// Counts.
+    pub fn of(judged: Vec<Judged>, detection_limit: Limit) -> Self {
         let share = |among: &dyn Fn(&Judged) -> bool, hit: &dyn Fn(&Judged) -> bool| {
             let among: Vec<&Judged> = judged.iter().filter(|j| among(j)).collect();
             Share { of: among.iter().filter(|j| hit(j)).count(), all: among.len() }
         };
-        let above = |j: &Judged| j.strength.is_none_or(|s| s >= detection_limit);
+        let above = |j: &Judged| detection_limit.passed_by(j);
         let is = |outcome: Outcome| move |j: &Judged| j.outcome == outcome;
         let one = |j: &Judged| j.kind == Kind::One;
         let several = |j: &Judged| j.kind == Kind::Several && above(j);
@@ -235,6 +252,7 @@ mod tests {
             detected: outcome != Outcome::Missed,
             confidence: Some(confidence),
             strength,
+            strength_share: None,
             place_error_m: None,
             parameters: Vec::new(),
             modulus_error: [Some(0.1), Some(-0.02)],
@@ -259,7 +277,7 @@ mod tests {
                 judged(Kind::OffCatalogue, Outcome::Right, 0.8, Some(40.0)),
                 judged(Kind::OffCatalogue, Outcome::WrongName, 0.8, Some(5.0)),
             ],
-            10.0,
+            Limit { strength: 10.0, share: 0.0 },
         );
         let share = |of, all| Share { of, all };
         assert_eq!(card.draws, 9);
@@ -282,8 +300,19 @@ mod tests {
     }
 
     #[test]
+    fn an_effect_must_pass_both_limits() {
+        let limit = Limit { strength: 10.0, share: 0.005 };
+        let passed = |strength, share| {
+            let draw = judged(Kind::One, Outcome::Right, 0.9, Some(strength));
+            limit.passed_by(&Judged { strength_share: share, ..draw })
+        };
+        let all = [(20.0, Some(0.01)), (20.0, Some(0.001)), (5.0, Some(0.01)), (20.0, None)];
+        assert_eq!(all.map(|(strength, share)| passed(strength, share)), [true, false, false, true]);
+    }
+
+    #[test]
     fn no_draws_make_an_empty_card() {
-        let card = Scorecard::of(Vec::new(), 0.0);
+        let card = Scorecard::of(Vec::new(), Limit::default());
         assert_eq!((card.draws, card.calibration_error, card.mean_seconds), (0, None, 0.0));
         assert_eq!(card.place_error_m, Spread { count: 0, median: None, rms: None });
     }

@@ -1,6 +1,6 @@
 //! The scorecard in lines of text.
 
-use super::tally::{Scorecard, Share, Spread};
+use super::tally::{Limit, Scorecard, Share, Spread};
 use std::fmt::Write;
 
 /// The scorecard as a terminal shows it.
@@ -30,11 +30,14 @@ pub fn scorecard_text(card: &Scorecard) -> String {
 
 /// The figures by name, for text and page.
 pub(super) fn rows(card: &Scorecard) -> Vec<[String; 2]> {
-    let above = if card.detection_limit > 0.0 {
-        format!(", strength ≥ {}", card.detection_limit)
-    } else {
-        String::new()
-    };
+    let Limit { strength, share: least } = card.detection_limit;
+    let mut above = String::new();
+    if strength > 0.0 {
+        let _ = write!(above, ", strength ≥ {strength}");
+    }
+    if least > 0.0 {
+        let _ = write!(above, ", share ≥ {} %", 100.0 * least);
+    }
     let row = |name: &str, value: String| [name.to_owned(), value];
     let limited = |name: &str, value: String| [format!("{name}{above}"), value];
     let percent = |spread: &Spread| size(spread, 100.0, " %");
@@ -122,9 +125,9 @@ mod tests {
 
     #[test]
     fn what_was_not_measured_is_a_dash() {
-        let text = scorecard_text(&Scorecard::of(Vec::new(), 8.0));
+        let text = scorecard_text(&Scorecard::of(Vec::new(), Limit { strength: 8.0, share: 0.005 }));
         assert!(text.starts_with("0 draws"), "{text}");
-        assert!(text.contains("one effect: named right, strength ≥ 8"), "{text}");
+        assert!(text.contains("one effect: named right, strength ≥ 8, share ≥ 0.5 %"), "{text}");
         assert!(!text.contains("NaN"), "{text}");
         assert_eq!(share(Share { of: 9, all: 10 }), "9 of 10 (90.0 %)");
     }

@@ -50,4 +50,5 @@ pub use phantom::{Disc, Phantom, PhantomPlan, Site};
 pub use plan::{Hold, Press, World};
 pub use rig::Rig;
 pub use stock::stock;
+pub use strength::Strength;
 pub use touch::Touch;

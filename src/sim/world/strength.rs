@@ -1,54 +1,117 @@
-//! How much the effects of a world change its recording, over the noise.
+//! How much the effects of a world change its recording, over the noise, and how much of that no other modulus and no
+//! other springs would.
 
 use super::phantom::Phantom;
-use super::plan::World;
+use super::plan::{Hold, World};
 use crate::geometry::Vec3;
 use crate::observation::{MarkerRow, Noise, Recording};
 use crate::sim::SimError;
+use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 
+/// What effects change in the readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strength {
+    /// Root of the sum of squares of what they change in forces and markers, each over its standard deviation, less what
+    /// another modulus and other stiffnesses of the springs would change alike (at first order).
+    pub net: f64,
+    /// Root of the sum of squares of the readings themselves, without effects and noise.
+    pub signal: f64,
+}
+
+/// By this share the springs' stiffness is raised to see what that changes.
+const STIFFER: f64 = 0.02;
+
 impl World {
-    /// Root of the sum of squares of what the effects change in forces and markers, each over its standard deviation;
-    /// `None` where nothing acts, or only a wrong statement of Poisson's ratio, which changes no reading.
+    /// How strongly the effects act; `None` where there are none.
     ///
-    /// The noise is the same with and without effects and falls out. So does the best common factor of the forces, which
-    /// is a mere change of the modulus; what restraint and modulus take up beyond it is not taken out.
+    /// The noise is the same with and without effects and falls out. Of a wrong statement of Poisson's ratio it is what
+    /// a phantom as stated, which has to be prepared, would have shown instead.
     ///
     /// # Errors
-    /// [`SimError`] as for [`World::record`].
-    pub fn strength(&self, phantom: &Phantom, recording: &Recording) -> Result<Option<f64>, SimError> {
-        if self.effects.is_empty() {
+    /// [`SimError`] as for [`World::record`] and [`Phantom::prepare`].
+    pub fn strength(&self, phantom: &Phantom, recording: &Recording) -> Result<Option<Strength>, SimError> {
+        let stated = self.stated_poisson_ratio;
+        let misstated = stated != self.phantom.poisson_ratio;
+        if self.effects.is_empty() && !misstated {
             return Ok(None);
         }
-        let plain = World { effects: Vec::new(), ..self.clone() };
+        let mut plain = World { effects: Vec::new(), ..self.clone() };
+        plain.phantom.poisson_ratio = stated;
+        let other = match misstated {
+            true => Some(Phantom::prepare(&plain.phantom)?),
+            false => None,
+        };
+        let phantom = other.as_ref().unwrap_or(phantom);
         let mut quiet = plain.clone();
         quiet.instruments.noise =
             Noise { force_n: [0.0; 3], torque_nm: [0.0; 3], marker_m: [0.0; 3], stage_m: [0.0; 3] };
         quiet.instruments.wander = None;
-        let (plain, quiet) = (plain.record(phantom)?, quiet.record(phantom)?);
-        let force_sd = Vec3::from(recording.noise.force_n);
-        let forces = |r: &Recording| -> Vec<Vec3> {
-            r.wrench.force_n.iter().map(|f| Vec3::from(*f).component_div(&force_sd)).collect()
-        };
-        let change: Vec<Vec3> = forces(recording).iter().zip(&forces(&plain)).map(|(a, b)| a - b).collect();
-        let shape = forces(&quiet);
-        let dot = |a: &[Vec3], b: &[Vec3]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
-        let factor = dot(&change, &shape) / dot(&shape, &shape).max(f64::MIN_POSITIVE);
-        let mut sum: f64 = change.iter().zip(&shape).map(|(a, b)| (a - b * factor).norm_squared()).sum();
-        // Displacements from the rest positions, as a shift of the camera's frame shows in nothing else. Rows that only one
-        // of the two has seen do not count.
-        let marker_sd = Vec3::from(recording.noise.marker_m);
-        let rest = [recording.rest_positions(), plain.rest_positions()];
-        let moved = |row: &MarkerRow, rest: &[(Vec3, usize)]| {
-            Vec3::from(row.position_m) - rest[row.marker as usize].0
-        };
-        let without: HashMap<(u32, u32), Vec3> =
-            plain.markers.rows.iter().map(|r| ((r.frame, r.marker), moved(r, &rest[1]))).collect();
-        for row in &recording.markers.rows {
-            if let Some(other) = without.get(&(row.frame, row.marker)) {
-                sum += (moved(row, &rest[0]) - other).component_div(&marker_sd).norm_squared();
+        let quietly = Readings::of(&quiet.record(phantom)?, &recording.noise);
+        let mut others = Vec::new();
+        for hold in 0..quiet.holds.len() {
+            let mut stiffer = quiet.clone();
+            if let Hold::Springs { stiffness_n_per_m, .. } = &mut stiffer.holds[hold] {
+                *stiffness_n_per_m *= 1.0 + STIFFER;
+                others.push(Readings::of(&stiffer.record(phantom)?, &recording.noise));
             }
         }
-        Ok(Some(sum.sqrt()))
+        let with = Readings::of(recording, &recording.noise);
+        let without = Readings::of(&plain.record(phantom)?, &recording.noise);
+        // Rows that only some of them have seen do not count.
+        let all: Vec<&Readings> = [&with, &without, &quietly].into_iter().chain(&others).collect();
+        let [with, without, quietly, others @ ..] = &Readings::common(&all)[..] else { return Ok(None) };
+        // The stage drives: another modulus, of phantom and springs, is a common factor of the forces.
+        let mut of_forces = quietly.clone();
+        of_forces.rows_mut(0, 3 * recording.wrench.force_n.len()).scale_mut(2.0);
+        let columns: Vec<DVector<f64>> =
+            [&of_forces].into_iter().chain(others).map(|other| other - quietly).collect();
+        let net = beyond(with - without, &columns);
+        Ok(Some(Strength { net, signal: quietly.norm() }))
+    }
+}
+
+/// Norm of what of `change` the columns leave (least squares).
+pub(super) fn beyond(change: DVector<f64>, columns: &[DVector<f64>]) -> f64 {
+    let matrix = DMatrix::from_columns(columns);
+    let svd = matrix.clone().svd(true, true);
+    let fitted = svd.solve(&change, NEGLIGIBLE * svd.singular_values.max());
+    fitted.map_or(change.norm(), |x| (change - matrix * x).norm())
+}
+
+/// Directions weaker than this share of the strongest are rounding.
+const NEGLIGIBLE: f64 = 1e-9;
+
+/// Readings, each over its standard deviation.
+struct Readings {
+    force: Vec<Vec3>,
+    /// Displacements from the rest positions, as a shift of the camera's frame shows in nothing else; by frame and marker.
+    moved: HashMap<(u32, u32), Vec3>,
+}
+
+impl Readings {
+    fn of(recording: &Recording, noise: &Noise) -> Self {
+        let [force_sd, marker_sd] = [noise.force_n, noise.marker_m].map(Vec3::from);
+        let rest = recording.rest_positions();
+        let moved = |row: &MarkerRow| {
+            (Vec3::from(row.position_m) - rest[row.marker as usize].0).component_div(&marker_sd)
+        };
+        Self {
+            force: recording.wrench.force_n.iter().map(|f| Vec3::from(*f).component_div(&force_sd)).collect(),
+            moved: recording.markers.rows.iter().map(|r| ((r.frame, r.marker), moved(r))).collect(),
+        }
+    }
+
+    /// Forces, then what all have seen of the markers, as vectors of equal length.
+    fn common(all: &[&Self]) -> Vec<DVector<f64>> {
+        let Some((first, others)) = all.split_first() else { return Vec::new() };
+        let mut seen: Vec<(u32, u32)> = first.moved.keys().copied().collect();
+        seen.retain(|key| others.iter().all(|other| other.moved.contains_key(key)));
+        seen.sort_unstable();
+        let of = |readings: &Self| {
+            let values = readings.force.iter().chain(seen.iter().map(|key| &readings.moved[key]));
+            DVector::from_vec(values.flat_map(|v| v.iter().copied()).collect())
+        };
+        all.iter().map(|readings| of(readings)).collect()
     }
 }

@@ -7,6 +7,7 @@ use crate::observation::Noise;
 use crate::sim::draw::{Draw, Instruments, Kinematics, PokePlan};
 use crate::sim::hex_mesh::Slab;
 use crate::sim::supports::Restraint;
+use nalgebra::DVector;
 use std::sync::OnceLock;
 
 /// A small phantom, made once for all tests here.
@@ -255,7 +256,7 @@ fn strength_is_what_a_recording_shows() {
         let mut world = world(effects);
         world.instruments.noise = Instruments::default().noise;
         let recording = world.record(phantom()).expect("a recording");
-        world.strength(phantom(), &recording).expect("a strength")
+        world.strength(phantom(), &recording).expect("a strength").map(|s| s.net)
     };
     assert_eq!(strength(Vec::new()), None);
     let gain = strength(vec![Effect::Rig(Rig::ForceGain { gain: [1.1; 3] })]).expect("a number");
@@ -266,4 +267,27 @@ fn strength_is_what_a_recording_shows() {
     let scale = |scale| strength(vec![Effect::Rig(Rig::CameraScale { scale, depth_gain: 1.0 })]);
     let [one, two] = [1.02, 1.04].map(|s| scale(s).expect("a number"));
     assert!(one > 1.0 && (two - 2.0 * one).abs() < 0.15, "{one}, {two}");
+}
+
+/// What the operator states shows as what a phantom as stated would have done.
+#[test]
+fn a_wrong_statement_has_a_strength() {
+    let mut world = world(Vec::new());
+    world.instruments.noise = Instruments::default().noise;
+    let recording = world.record(phantom()).expect("a recording");
+    let mut strength = |stated| {
+        world.stated_poisson_ratio = stated;
+        world.strength(phantom(), &recording).expect("a strength").map_or(0.0, |s| s.net)
+    };
+    assert_eq!(strength(0.47), 0.0);
+    let [near, far] = [0.46, 0.45].map(&mut strength);
+    assert!(near > 1.0 && far > 1.7 * near, "{near}, {far}");
+}
+
+/// What other springs would change alike does not count.
+#[test]
+fn what_springs_explain_is_no_strength() {
+    let columns = [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]].map(|c| DVector::from_row_slice(&c));
+    let left = super::super::strength::beyond(DVector::from_row_slice(&[3.0, 4.0, 2.0]), &columns);
+    assert!((left - 2.0).abs() < 1e-12, "{left}");
 }
