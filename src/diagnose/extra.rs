@@ -32,9 +32,10 @@ pub(super) enum Large {
 
 /// Curves of all laws at every place and direction that is poked, each worked out when first needed.
 pub(super) struct Shelf {
-    lab: Lab,
-    /// On the mesh as given and at few depths: for a look.
-    rough: bool,
+    /// Second-order elements. First-order ones lock under a tip, and get even the sign of what finite strain does wrong.
+    lab: Arc<Lab>,
+    /// For a look: what softens and what weighs on first-order elements, on the mesh as given; curves through few depths.
+    rough: Option<Lab>,
     /// Index of every track's curve.
     of_track: Vec<usize>,
     stiffening: [Stiffening; 2],
@@ -67,12 +68,11 @@ pub(super) struct Depth {
 const SAME_DIRECTION: f64 = 1e-6;
 
 impl Shelf {
-    /// For the pokes of a recording. Nothing but the linear answers is worked out yet. `rough`: by first-order
-    /// elements on the mesh as given, with curves through few depths.
+    /// For a look at the pokes of a recording. Nothing but the linear answers is worked out yet.
     ///
     /// # Errors
     /// As [`Lab::new`] and [`Bench::of`].
-    pub(super) fn new(settled: &Settled<'_>, tracks: &[Track], rough: bool) -> Result<Self, DiagnoseError> {
+    pub(super) fn rough(settled: &Settled<'_>, tracks: &[Track]) -> Result<Self, DiagnoseError> {
         let mut places: Vec<(usize, Vec3, f64)> = Vec::new();
         let mut of_track = Vec::new();
         for track in tracks {
@@ -87,13 +87,25 @@ impl Shelf {
             of_track.push(place);
         }
         let mut bench = Bench::of(settled, &places)?;
-        if rough {
-            bench.mesh.clone_from(&settled.recording.mesh);
-        }
-        let lab = Lab::new(&bench, if rough { Order::P1 } else { Order::P2 })?;
+        let lab = Arc::new(Lab::new(&bench, Order::P2)?);
+        bench.mesh.clone_from(&settled.recording.mesh);
+        Ok(Self::with(lab, Some(Lab::new(&bench, Order::P1)?), of_track))
+    }
+
+    /// The same for refits.
+    pub(super) fn in_full(&self) -> Self {
+        Self::with(Arc::clone(&self.lab), None, self.of_track.clone())
+    }
+
+    fn with(lab: Arc<Lab>, rough: Option<Lab>, of_track: Vec<usize>) -> Self {
         let (softening, weight) = (OnceLock::new(), OnceLock::new());
         let stiffening = [StiffeningLaw::Fung, StiffeningLaw::Yeoh].map(Stiffening::new);
-        Ok(Self { lab, rough, of_track, stiffening, softening, weight })
+        Self { lab, rough, of_track, stiffening, softening, weight }
+    }
+
+    /// Elements for what softens and what weighs.
+    fn mild(&self) -> &Lab {
+        self.rough.as_ref().unwrap_or(&self.lab)
     }
 
     /// A scale of softening (J/m³) at which the deepest poke does its typical damage, for a body of this modulus (Pa).
@@ -109,18 +121,28 @@ impl Shelf {
         Ok(tracks.iter().enumerate().map(energy).fold(f64::MIN_POSITIVE, f64::max))
     }
 
+    /// Whether large strain alone could be worked out as deep as the recording goes.
+    pub(super) fn strains_in_full(&self) -> bool {
+        let known = self.stiffening[0].at_zero(&self.lab);
+        known.is_ok_and(|curves| curves.pokes.iter().all(|curve| curve.stopped.is_none()))
+    }
+
     /// What a law adds.
     ///
     /// # Errors
     /// What the elements report.
     pub(super) fn extra<'a>(&'a self, large: &Large) -> Result<Extra<'a>, DiagnoseError> {
         Ok(match large {
-            Large::FiniteStrain if self.rough => Extra::Curves(self.stiffening[0].roughly_zero(&self.lab)?),
+            Large::FiniteStrain if self.rough.is_some() => {
+                Extra::Curves(self.stiffening[0].roughly_zero(&self.lab)?)
+            }
             Large::FiniteStrain => Extra::Curves(self.stiffening[0].at_zero(&self.lab)?),
             Large::Stiffening(law, b) => {
                 let curves = &self.stiffening[usize::from(*law == StiffeningLaw::Yeoh)];
-                let at =
-                    if self.rough { curves.roughly(&self.lab, b.re)? } else { curves.at(&self.lab, b.re)? };
+                let at = match self.rough {
+                    Some(_) => curves.roughly(&self.lab, b.re)?,
+                    None => curves.at(&self.lab, b.re)?,
+                };
                 Extra::Stiffened(at, *b)
             }
             Large::Softening(share, log_scale) => Extra::Softening(self.softening()?, *share, *log_scale),
@@ -134,7 +156,7 @@ impl Shelf {
         match self.softening.get() {
             Some(softening) => Ok(softening),
             None => {
-                let made = self.lab.softening()?;
+                let made = self.mild().softening()?;
                 Ok(self.softening.get_or_init(|| made))
             }
         }
@@ -144,7 +166,7 @@ impl Shelf {
         match self.weight.get() {
             Some(weight) => Ok(weight),
             None => {
-                let made = self.lab.weight()?;
+                let made = self.mild().weight()?;
                 Ok(self.weight.get_or_init(|| made))
             }
         }

@@ -86,7 +86,7 @@ pub(super) struct Model<'a> {
     correction: Option<Changed>,
     /// Laws that are not linear: for a look, and in full once one of them is promising.
     rough: Result<Shelf, DiagnoseError>,
-    fine: OnceLock<Result<Shelf, DiagnoseError>>,
+    fine: OnceLock<Shelf>,
 }
 
 /// A change of the body that was worked out.
@@ -169,7 +169,7 @@ impl<'a> Model<'a> {
         let mut tracks = tracks(settled.recording, settled.evidence, &inward);
         let timeline = timeline(settled.recording, &mut tracks);
         let noise = &settled.evidence.noise;
-        let rough = Shelf::new(settled, &tracks, true);
+        let rough = Shelf::rough(settled, &tracks);
         let rest =
             |(_, rows): &(_, usize)| noise.marker_m.map(|sd| sd * (1.0 + 1.0 / (*rows).max(1) as f64).sqrt());
         Ok(Self {
@@ -222,7 +222,13 @@ impl<'a> Model<'a> {
 
     /// Whether a parameter stays where it is.
     pub(super) fn frozen(&self, acting: &Acting, parameter: usize) -> bool {
-        self.owner.get(parameter).copied().flatten().is_some_and(|patch| acting.without.contains(&patch))
+        let left_out = self.owner.get(parameter).copied().flatten();
+        let knob = parameter.checked_sub(self.base()).and_then(|k| acting.knobs.get(k));
+        left_out.is_some_and(|patch| acting.without.contains(&patch))
+            || knob.is_some_and(|knob| {
+                let ([low, high], _) = self.range(*knob);
+                low >= high
+            })
     }
 
     /// The baseline as it settled, with knobs at these values.
@@ -384,21 +390,20 @@ impl<'a> Model<'a> {
     /// Laws that are not linear, for a look or for a refit, which [`Model::refine`] must have prepared; none where the
     /// elements have no answer.
     pub(super) fn shelf(&self, fine: bool) -> Option<&Shelf> {
-        if fine { self.fine.get().and_then(|made| made.as_ref().ok()) } else { self.rough.as_ref().ok() }
+        if fine { self.fine.get() } else { self.rough.as_ref().ok() }
     }
 
-    /// Prepares laws that are not linear for refits. Not to be called by several threads at once.
+    /// Prepares laws that are not linear for refits.
     pub(super) fn refine(&self) {
-        if self.fine.get().is_none() {
-            let made = Shelf::new(self.settled, &self.tracks, false);
-            self.fine.get_or_init(|| made);
+        if let Ok(rough) = &self.rough {
+            self.fine.get_or_init(|| rough.in_full());
         }
     }
 
     /// What could not be looked at, and why.
     pub(super) fn remarks(&self) -> Vec<String> {
         let body = self.lab.as_ref().err().map(|why| format!("no change of the body was looked at: {why}"));
-        let laws = self.rough.as_ref().err().or(self.fine.get().and_then(|made| made.as_ref().err()));
+        let laws = self.rough.as_ref().err();
         let laws = laws.map(|why| format!("no law that is not linear was looked at: {why}"));
         body.into_iter().chain(laws).collect()
     }

@@ -84,6 +84,15 @@ impl Fitted {
         self.pokes().iter().map(|p| p.normal.diagonal().rows(first_share, 2 * model.body.sites).sum()).sum()
     }
 
+    /// By which readings of different size are compared: the sum of squares, and for every free knob the logarithm of the
+    /// number of values (Schwarz 1978).
+    pub(super) fn criterion(&self, model: &Model<'_>) -> f64 {
+        let first = model.base();
+        let knobs = first..first + self.acting.knobs.len();
+        let free = knobs.filter(|&i| !model.frozen(&self.acting, i));
+        self.cost + free.count() as f64 * (self.values().max(1) as f64).ln()
+    }
+
     /// Number of values in pokes.
     pub(super) fn values(&self) -> usize {
         self.pokes().iter().map(|p| p.values).sum()

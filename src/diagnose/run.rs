@@ -65,6 +65,7 @@ fn diagnosed(
     let before = left(&model, &selection.base)?;
     let after = left(&model, chosen)?;
     let mut judged = judge(&model, &selection, &before, &after, settings.false_alarm);
+    judged.doubt_stiffening(&model, chosen);
     // What is not blamed does not extend the baseline either.
     let extended = if judged.verdict.physics.is_empty() { &selection.base } else { chosen };
     let (channels, pokes, phases) = if judged.detected { parts(&model, &before) } else { Default::default() };

@@ -101,7 +101,7 @@ pub(super) fn select(model: &Model<'_>, progress: &mut dyn FnMut(usize, usize)) 
         let contenders = best_of_each(&worth, BEST);
         progress(physics.len(), contenders.len());
         let mut refitted = contend(model, &current, &physics, &contenders);
-        refitted.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+        refitted.sort_by(|a, b| a.fitted.criterion(model).total_cmp(&b.fitted.criterion(model)));
         // What a contender gains by carrying the fit before it to a better place is not its own.
         if let Some(better) = refitted.first().and_then(|best| without_its_last(model, &current, best)) {
             match selection.chosen {

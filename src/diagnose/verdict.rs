@@ -1,10 +1,12 @@
 //! What is said, and how surely.
 
 use super::diagnosis::{Estimate, Phase, Verdict};
+use super::extra::Shelf;
+use super::knob::Knob;
 use super::left::{Left, Mean};
 use super::model::Model;
 use super::physics::Physics;
-use super::refit::End;
+use super::refit::{End, Fitted};
 use super::select::{Selection, Tried, least, like_elements};
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -137,9 +139,13 @@ pub(super) fn beyond_noise(left: &Left) -> (f64, f64) {
     (sum, WIDER * (2.0 * left.means.len() as f64).sqrt())
 }
 
-/// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first.
+/// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first. Stiffening
+/// contains large strain.
 fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tried> {
-    let contains = |a: &[Physics], b: &[Physics]| b.iter().all(|p| a.contains(p));
+    let within = |p: &Physics, a: &[Physics]| {
+        a.contains(p) || *p == Physics::FiniteStrain && a.contains(&Physics::StrainStiffening)
+    };
+    let contains = |a: &[Physics], b: &[Physics]| b.iter().all(|p| within(p, a));
     let mut others: Vec<&Tried> = selection
         .tried
         .iter()
@@ -201,6 +207,12 @@ fn properties(model: &Model<'_>, left: &Left) -> Vec<String> {
     said
 }
 
+/// A stiffening below which the law is worked out by way of large strain alone.
+const LITTLE_STIFFENING: f64 = 1.0;
+
+/// Confidence of a stiffening that takes the place of what could not be worked out.
+const SHORT_OF_DEPTH: f64 = 0.7;
+
 /// A modulus this many standard deviations outside the range that the operator expects is doubted.
 const DOUBTED_SD: f64 = 3.0;
 
@@ -222,6 +234,28 @@ impl Judged {
              large or too small by a factor would look the same",
             1e-3 * value, 1e-3 * low, 1e-3 * high
         ));
+    }
+
+    /// Stiffening with strain contains large strain alone, and, if there is little of it, takes its place where that could not
+    /// be worked out as deep as the recording goes.
+    pub(super) fn doubt_stiffening(&mut self, model: &Model<'_>, chosen: &Fitted) {
+        let Verdict { physics, ambiguous_with, confidence, .. } = &mut self.verdict;
+        let little = chosen.acting.knobs.iter().enumerate().any(|(i, knob)| {
+            matches!(knob, Knob::Stiffening(_)) && chosen.at[model.base() + i] < LITTLE_STIFFENING
+        });
+        let blamed = little && physics.contains(&Physics::StrainStiffening);
+        if !blamed || model.shelf(true).is_none_or(Shelf::strains_in_full) {
+            return;
+        }
+        if !ambiguous_with.contains(&Physics::FiniteStrain) {
+            ambiguous_with.push(Physics::FiniteStrain);
+        }
+        *confidence = confidence.min(SHORT_OF_DEPTH);
+        self.remarks.push(
+            "without stiffening the body is close to giving way under the deepest poke, and was worked out for lesser depths \
+             only: stiffening stands for large strain of any kind"
+                .to_owned(),
+        );
     }
 
     /// Why one of the readings tried is, or is not, the verdict.

@@ -5,7 +5,7 @@ use phantom_rig::dataset::read_bundle;
 use phantom_rig::diagnose::{Diagnosis, Physics, Reading, Settings, diagnose};
 use phantom_rig::inverse;
 use phantom_rig::observation::Recording;
-use phantom_rig::sim::{Effect, Hold, Memory, Phantom, PronyTerm, Rig, World, stock};
+use phantom_rig::sim::{Effect, Hold, Large, Memory, Phantom, PronyTerm, Rig, World, stock};
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
@@ -69,6 +69,15 @@ fn relaxation_is_named_and_the_modulus_becomes_the_one_at_equilibrium() {
     assert_eq!(diagnosis.verdict.physics, [Physics::ViscoelasticRelaxation]);
     assert_close(parameter(&diagnosis, Physics::ViscoelasticRelaxation, "relaxed_fraction"), 0.2, 0.05);
     assert_close(parameter(&diagnosis, Physics::ViscoelasticRelaxation, "time_constant_s"), 3.0, 0.05);
+    assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.02);
+    assert_explained(&diagnosis);
+}
+
+/// It has no parameter of its own, and stiffening with strain contains it.
+#[test]
+fn large_strain_is_named_as_itself() {
+    let (world, diagnosis) = diagnosed(14, vec![Effect::Large(Large::FiniteStrain)]);
+    assert_eq!(diagnosis.verdict.physics, [Physics::FiniteStrain], "{:?}", diagnosis.candidates);
     assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.02);
     assert_explained(&diagnosis);
 }

@@ -20,6 +20,8 @@ const MANY: usize = 12;
 /// Equilibrium to 1e-4 of the forces that cancel: the difference that is looked for is then right to some thousandths.
 const CONTROLS: Controls =
     Controls { tolerance: 1e-4, iterations: 40, total_iterations: 40, first_step: 1.0, smallest_step: 1.0 };
+/// To some hundredths.
+const ROUGH_CONTROLS: Controls = Controls { tolerance: 3e-3, iterations: 25, ..CONTROLS };
 
 impl Lab {
     /// What `law` adds to the linear answer at every poke. A depth without equilibrium ends the curve of its poke there
@@ -28,23 +30,24 @@ impl Lab {
     /// # Errors
     /// [`DiagnoseError::Material`] for a law without meaning.
     pub fn curves(&self, law: Law) -> Result<Curves, DiagnoseError> {
-        self.curves_by(law, &SHARES)
+        self.curves_by(law, &SHARES, &CONTROLS)
     }
 
-    /// As [`Lab::curves`], from two depths: the shape, at less than half of the cost.
+    /// As [`Lab::curves`], from two depths and to some per cent: the shape, at less than half of the cost.
     ///
     /// # Errors
     /// As [`Lab::curves`].
     pub fn rough_curves(&self, law: Law) -> Result<Curves, DiagnoseError> {
-        self.curves_by(law, &ROUGH_SHARES)
+        self.curves_by(law, &ROUGH_SHARES, &ROUGH_CONTROLS)
     }
 
-    fn curves_by(&self, law: Law, shares: &[f64]) -> Result<Curves, DiagnoseError> {
+    fn curves_by(&self, law: Law, shares: &[f64], controls: &Controls) -> Result<Curves, DiagnoseError> {
         let solid = Solid::homogeneous(Material::new(self.moduli, law)?);
-        Ok(Curves { pokes: self.seats.par_iter().map(|seat| self.curve(seat, &solid, shares)).collect() })
+        let curve = |seat| self.curve(seat, &solid, shares, controls);
+        Ok(Curves { pokes: self.seats.par_iter().map(curve).collect() })
     }
 
-    fn curve(&self, seat: &Seat, solid: &Solid, shares: &[f64]) -> Curve {
+    fn curve(&self, seat: &Seat, solid: &Solid, shares: &[f64], controls: &Controls) -> Curve {
         let deepest = seat.poke.deepest_m;
         let mut beyond_linear: Vec<(f64, Change)> = Vec::new();
         let mut stopped = None;
@@ -57,7 +60,7 @@ impl Lab {
             let guess = extrapolated(&beyond_linear, share);
             let mut parts = vec![(1.0, &linear)];
             parts.extend(beyond_linear.iter().zip(&guess).map(|((_, change), w)| (*w, change)));
-            match tied.equilibrium(&self.body, solid, &ends, &mixed(&parts), &CONTROLS) {
+            match tied.equilibrium(&self.body, solid, &ends, &mixed(&parts), controls) {
                 Ok(found) => {
                     let state = Change {
                         displacement: found.displacement().to_vec(),

@@ -107,7 +107,7 @@ pub(super) fn parameter_noun(id: &str) -> String {
         "modulus_ratio" => "its ratio of stiffness".to_owned(),
         _ => {
             let units =
-                ["_per_s", "_per_m", "_m_per_n", "_n_per_m", "_n_per_s", "_pa_per_m", "_rad", "_m", "_s"];
+                ["_m_per_n", "_n_per_m", "_n_per_s", "_pa_per_m", "_per_s", "_per_m", "_rad", "_m", "_s"];
             let bare = units.iter().find_map(|u| id.strip_suffix(u)).unwrap_or(id);
             format!("the {}", bare.replace('_', " "))
         }
