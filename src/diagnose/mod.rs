@@ -30,6 +30,7 @@ mod extra;
 mod knob;
 pub mod large;
 mod left;
+mod limits;
 mod march;
 mod memory;
 mod model;

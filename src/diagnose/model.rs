@@ -34,7 +34,7 @@ const FINER_SD: [f64; 2] = [1.0, 0.3];
 const GLUE: f64 = 1e-4;
 
 /// Parameters that effects may need besides the baseline's.
-const ROOM: usize = 8;
+pub(super) const ROOM: usize = 8;
 
 /// What is taken to act: the baseline, less some of its patches, with the knobs of some effects.
 #[derive(Debug, Clone, PartialEq, Default)]

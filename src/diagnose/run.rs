@@ -12,6 +12,7 @@ use super::curves::curves;
 use super::diagnosis::{Candidate, Diagnosis, Estimate, Mismatch, NextPoke, Progress, Reading, Settings};
 use super::error::DiagnoseError;
 use super::left::Left;
+use super::limits::limits;
 use super::model::Model;
 use super::next_poke::next_poke;
 use super::parameters::parameters;
@@ -66,6 +67,7 @@ fn diagnosed(
     let after = left(&model, chosen)?;
     let mut judged = judge(&model, &selection, &before, &after, settings.false_alarm);
     judged.doubt_stiffening(&model, chosen);
+    judged.remarks.extend(limits(&model, &selection.base));
     // What is not blamed does not extend the baseline either.
     let extended = if judged.verdict.physics.is_empty() { &selection.base } else { chosen };
     let (channels, pokes, phases) = if judged.detected { parts(&model, &before) } else { Default::default() };
