@@ -34,8 +34,10 @@ pub(super) enum Large {
 pub(super) struct Shelf {
     /// Second-order elements. First-order ones lock under a tip, and get even the sign of what finite strain does wrong.
     lab: Arc<Lab>,
-    /// For a look: what softens and what weighs on first-order elements, on the mesh as given; curves through few depths.
-    rough: Option<Lab>,
+    /// For a look: curves through few depths.
+    rough: bool,
+    /// For a look at what softens and what weighs: first-order elements on the mesh as given, where they can take it.
+    coarse: Option<Lab>,
     /// Index of every track's curve.
     of_track: Vec<usize>,
     stiffening: [Stiffening; 2],
@@ -89,23 +91,25 @@ impl Shelf {
         let mut bench = Bench::of(settled, &places)?;
         let lab = Arc::new(Lab::new(&bench, Order::P2)?);
         bench.mesh.clone_from(&settled.recording.mesh);
-        Ok(Self::with(lab, Some(Lab::new(&bench, Order::P1)?), of_track))
+        // Glued spots may be too close together for them.
+        let coarse = Lab::new(&bench, Order::P1).ok();
+        Ok(Self { rough: true, coarse, ..Self::with(lab, of_track) })
     }
 
     /// The same for refits.
     pub(super) fn in_full(&self) -> Self {
-        Self::with(Arc::clone(&self.lab), None, self.of_track.clone())
+        Self::with(Arc::clone(&self.lab), self.of_track.clone())
     }
 
-    fn with(lab: Arc<Lab>, rough: Option<Lab>, of_track: Vec<usize>) -> Self {
+    fn with(lab: Arc<Lab>, of_track: Vec<usize>) -> Self {
         let (softening, weight) = (OnceLock::new(), OnceLock::new());
         let stiffening = [StiffeningLaw::Fung, StiffeningLaw::Yeoh].map(Stiffening::new);
-        Self { lab, rough, of_track, stiffening, softening, weight }
+        Self { lab, rough: false, coarse: None, of_track, stiffening, softening, weight }
     }
 
     /// Elements for what softens and what weighs.
     fn mild(&self) -> &Lab {
-        self.rough.as_ref().unwrap_or(&self.lab)
+        self.coarse.as_ref().unwrap_or(&self.lab)
     }
 
     /// A scale of softening (J/m³) at which the deepest poke does its typical damage, for a body of this modulus (Pa).
@@ -133,16 +137,12 @@ impl Shelf {
     /// What the elements report.
     pub(super) fn extra<'a>(&'a self, large: &Large) -> Result<Extra<'a>, DiagnoseError> {
         Ok(match large {
-            Large::FiniteStrain if self.rough.is_some() => {
-                Extra::Curves(self.stiffening[0].roughly_zero(&self.lab)?)
-            }
+            Large::FiniteStrain if self.rough => Extra::Curves(self.stiffening[0].roughly_zero(&self.lab)?),
             Large::FiniteStrain => Extra::Curves(self.stiffening[0].at_zero(&self.lab)?),
             Large::Stiffening(law, b) => {
                 let curves = &self.stiffening[usize::from(*law == StiffeningLaw::Yeoh)];
-                let at = match self.rough {
-                    Some(_) => curves.roughly(&self.lab, b.re)?,
-                    None => curves.at(&self.lab, b.re)?,
-                };
+                let at =
+                    if self.rough { curves.roughly(&self.lab, b.re)? } else { curves.at(&self.lab, b.re)? };
                 Extra::Stiffened(at, *b)
             }
             Large::Softening(share, log_scale) => Extra::Softening(self.softening()?, *share, *log_scale),
