@@ -52,6 +52,8 @@ const CONTENDED: f64 = 1.0;
 /// of the rest of a fit after something was taken away.
 const FROM_FAR: f64 = 4.0;
 const FROM_CLOSE: f64 = 1.5;
+/// What a refit may gain over what a look says.
+const FROM_LOOK: f64 = 2.0;
 
 /// So many entries are refitted in full in each round, if they promise this share of what the best one does.
 const BEST: usize = 5;
@@ -148,11 +150,6 @@ fn contend(
     physics: &[Physics],
     contenders: &[Vec<&Screened>],
 ) -> Vec<Tried> {
-    // What many threads will ask for is worked out by one.
-    for start in contenders.iter().flatten().map(|s| &s.start).filter(|s| LARGE.contains(&s.physics)) {
-        model.refine();
-        ready(model, &start.knobs, true);
-    }
     let refit = |starts: &[&Screened], beaten_by: Option<f64>| -> Option<Tried> {
         let added = starts.first()?.start.physics;
         let mut best: Option<Fitted> = None;
@@ -177,8 +174,23 @@ fn contend(
     let (dear, cheap): (Vec<_>, Vec<_>) = contenders.iter().partition(dear);
     let mut tried: Vec<Tried> = Vec::new();
     for contenders in [cheap, dear] {
-        let Some((first, others)) = contenders.split_first() else { continue };
         let least = |tried: &[Tried]| tried.iter().map(|t| t.fitted.cost).min_by(f64::total_cmp);
+        // Laws that are not linear are dear before their first step: those that a look puts far behind are left out.
+        let to_beat = least(&tried).unwrap_or(f64::INFINITY);
+        let hopeless = to_beat + 2.0 * alike(current.cost - to_beat);
+        let far_behind = |starts: &Vec<&Screened>| {
+            let Screened { start, gain } = starts[0];
+            LARGE.contains(&start.physics) && current.cost - FROM_LOOK * gain > hopeless
+        };
+        let contenders: Vec<&Vec<&Screened>> = contenders.into_iter().filter(|c| !far_behind(c)).collect();
+        let Some((first, others)) = contenders.split_first() else { continue };
+        // What many threads will ask for is worked out by one.
+        for start in contenders.iter().copied().flatten().map(|s| &s.start) {
+            if LARGE.contains(&start.physics) {
+                model.refine();
+                ready(model, &start.knobs, true);
+            }
+        }
         tried.extend(refit(first, least(&tried)));
         let beaten_by = least(&tried);
         tried.par_extend(others.par_iter().filter_map(|starts| refit(starts, beaten_by)));
