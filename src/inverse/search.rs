@@ -26,6 +26,10 @@ const SIGNIFICANT: f64 = 30.0;
 /// elsewhere) leaves that much: more patches would only mend the model.
 const WORTHWHILE_SHARE: f64 = 4e-4;
 
+/// What the model gets wrong leaves more than this per reading: patches found on fine elements, but not before, would only
+/// mend it.
+const WRONG: f64 = 2.0;
+
 /// While patches come and go a descent may end when it promises less than this: far less than a patch must bring.
 const ROUGH: f64 = 1.0;
 
@@ -220,7 +224,8 @@ impl Looking<'_, '_> {
     fn grown(&mut self, at: &Linearised) -> Result<Option<Linearised>, InverseError> {
         // A patch has three parameters; what is left must still be judged.
         let spare = at.residual.len().saturating_sub(at.parameters.len());
-        if at.state.patches.len() >= MOST_PATCHES || spare <= 3 {
+        let mends_the_model = self.finer.is_some() && unit(at) > WRONG;
+        if at.state.patches.len() >= MOST_PATCHES || spare <= 3 || mends_the_model {
             return Ok(None);
         }
         let Some((best, promised)) = best_candidate(self.problem, at, self.candidates)? else {
