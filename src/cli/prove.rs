@@ -85,14 +85,14 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
     let key = arguments.key.clone().unwrap_or_else(|| folder.key());
     let seal = key_of(&key)?;
     let mut judged = Vec::with_capacity(draws.len());
-    let mut told = Vec::new();
+    let (few, mut told) = (draws.len() <= FEW, Vec::new());
     for draw in &draws {
         let published = hashes.get(draw).map(String::as_str).unwrap_or_default();
         let answer = open(&folder, &seal, draw, published)?;
         let (said, seconds) = read_verdict(&folder, draw)?;
         let opened = Draw { name: draw.clone(), answer, said, seconds };
         judged.push(judge(&opened));
-        if draws.len() <= FEW {
+        if few {
             told.push(draw_text(&opened));
         }
     }
@@ -103,11 +103,10 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
     let page = root.join("scorecard.html");
     replace(&page, scorecard_page(&card, &title)?.as_bytes())?;
     replace(&root.join("scorecard.json"), (serde_json::to_string_pretty(&json)? + "\n").as_bytes())?;
-    if draws.len() > FEW {
+    if !few {
         told.push(scorecard_text(&card));
     }
-    let pages =
-        draws.iter().map(|draw| folder.page(draw)).filter(|place| draws.len() <= FEW && place.is_file());
+    let pages = draws.iter().map(|draw| folder.page(draw)).filter(|place| few && place.is_file());
     told.extend(pages.chain([page]).map(|place| format!("Page: {}", place.display())));
     let text = told.join("\n");
     let exit = if card.failed.of == 0 { Exit::Good } else { Exit::Degraded };

@@ -1,14 +1,13 @@
 //! What a recording would have shown: for effects that have a size, the smallest one that its readings tell from the
 //! baseline.
 //!
-//! At first order: the effect is added at next to nothing, and its information is what is left of its own after everything
-//! that the baseline fits has taken its part. A size shows when it lowers the sum of squares by what its entry must.
+//! At first order: the effect is added at next to nothing, alone beside everything that the baseline fits; from its variance
+//! there follows how large it must be to lower the sum of squares by what its entry must.
 
 use super::knob::Knob;
-use super::model::{Acting, Model};
+use super::model::Model;
 use super::refit::Fitted;
-use super::select::least;
-use nalgebra::{DMatrix, DVector};
+use super::select::{extended, least};
 
 /// One effect that has a size.
 struct Probe {
@@ -55,47 +54,24 @@ const PROBES: [&[Probe]; 2] = [
 pub(super) fn limits(model: &Model<'_>, base: &Fitted) -> Option<String> {
     let mut said = Vec::new();
     for probes in PROBES {
-        let mut acting = base.acting.clone();
-        let mut values: Vec<f64> = base.at.iter().copied().collect();
-        let here = model.base();
-        acting.knobs.extend(probes.iter().map(|p| p.knob));
-        values.splice(here..here, probes.iter().map(|p| p.at));
+        let mut knobs: Vec<(Knob, f64)> = probes.iter().map(|p| (p.knob, p.at)).collect();
         // What relaxes needs a time constant, which stays.
-        let time = probes.iter().any(|p| p.knob == Knob::Relaxed(0));
-        if time {
-            acting.knobs.push(Knob::Time(0));
-            values.insert(here + probes.len(), RELAXES_S.ln());
+        if probes.iter().any(|p| p.knob == Knob::Relaxed(0)) {
+            knobs.push((Knob::Time(0), RELAXES_S.ln()));
         }
-        let information = information(model, &acting, DVector::from_vec(values), probes.len())?;
-        for (probe, information) in probes.iter().zip(information) {
-            let size = (least(model, base, probe.knob.physics()) / information).sqrt() * probe.unit;
+        let (acting, at) = extended(model, base, &knobs);
+        let added = Fitted::new(model, &acting, at)?;
+        let first = model.base() + base.acting.knobs.len();
+        for (i, probe) in (first..).zip(probes) {
+            // Alone beside the baseline.
+            let held = |other: usize| other != i && (first..first + knobs.len()).contains(&other);
+            let variance = added.covariance_but(model, held).map(|covariance| covariance[(i, i)]);
+            let size = variance.map(|v| (least(model, base, probe.knob.physics()) * v).sqrt() * probe.unit);
             let [before, after] = probe.words;
-            said.push(match size.is_finite() {
-                true => format!("{before}{}{after}", two_digits(size)),
-                false => format!("{before}any{after}"),
-            });
+            said.push(format!("{before}{}{after}", size.map_or("any".to_owned(), two_digits)));
         }
     }
     Some(format!("weaker effects than these would not have shown: {}", said.join(", ")))
-}
-
-/// Information on each of the first few knobs alone, everything of the baseline free.
-fn information(model: &Model<'_>, acting: &Acting, at: DVector<f64>, probes: usize) -> Option<Vec<f64>> {
-    let first = model.base();
-    let (normal, _) = Fitted::new(model, acting, at)?.equations(model, None);
-    let knobs = first..first + acting.knobs.len();
-    let free: Vec<usize> =
-        (0..normal.nrows()).filter(|i| !knobs.contains(i) && !model.frozen(acting, *i)).collect();
-    let scale: Vec<f64> =
-        free.iter().map(|&i| normal[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
-    let scaled =
-        DMatrix::from_fn(free.len(), free.len(), |a, b| normal[(free[a], free[b])] * scale[a] * scale[b]);
-    let factor = scaled.cholesky()?;
-    let left = |knob: usize| {
-        let along = DVector::from_fn(free.len(), |a, _| normal[(free[a], knob)] * scale[a]);
-        (normal[(knob, knob)] - along.dot(&factor.solve(&along))).max(0.0)
-    };
-    Some((first..first + probes).map(left).collect())
 }
 
 fn two_digits(size: f64) -> String {

@@ -100,9 +100,18 @@ impl Fitted {
 
     /// Covariance of all parameters; `None` when a direction is not determined. Those that stay have no variance.
     pub(super) fn covariance(&self, model: &Model<'_>) -> Option<DMatrix<f64>> {
+        self.covariance_but(model, |_| false)
+    }
+
+    /// As [`Fitted::covariance`], with some parameters held.
+    pub(super) fn covariance_but(
+        &self,
+        model: &Model<'_>,
+        held: impl Fn(usize) -> bool,
+    ) -> Option<DMatrix<f64>> {
         let (normal, _) = self.equations(model, None);
         let n = normal.nrows();
-        let free: Vec<usize> = (0..n).filter(|&i| !model.frozen(&self.acting, i)).collect();
+        let free: Vec<usize> = (0..n).filter(|&i| !held(i) && !model.frozen(&self.acting, i)).collect();
         let scale: Vec<f64> =
             free.iter().map(|&i| normal[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
         let scaled =

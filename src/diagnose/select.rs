@@ -150,6 +150,7 @@ fn contend(
     physics: &[Physics],
     contenders: &[Vec<&Screened>],
 ) -> Vec<Tried> {
+    let hopeless = |to_beat: f64| to_beat + 2.0 * alike(current.cost - to_beat);
     let refit = |starts: &[&Screened], beaten_by: Option<f64>| -> Option<Tried> {
         let added = starts.first()?.start.physics;
         let mut best: Option<Fitted> = None;
@@ -157,7 +158,7 @@ fn contend(
             let (mut acting, at) = extended(model, current, &screened.start.knobs);
             acting.fine |= LARGE.contains(&added);
             let to_beat = best.iter().map(|b| b.cost).chain(beaten_by).fold(f64::INFINITY, f64::min);
-            let hopeless = to_beat + 2.0 * alike(current.cost - to_beat);
+            let hopeless = hopeless(to_beat);
             let effort = Effort { at_rest: CONTENDED, optimism: FROM_FAR, hopeless, ..IN_FULL };
             let Some(fitted) = descend(model, &acting, at, effort) else { continue };
             if best.as_ref().is_none_or(|b| fitted.cost < b.cost) {
@@ -174,13 +175,13 @@ fn contend(
     let (dear, cheap): (Vec<_>, Vec<_>) = contenders.iter().partition(dear);
     let mut tried: Vec<Tried> = Vec::new();
     for contenders in [cheap, dear] {
-        let least = |tried: &[Tried]| tried.iter().map(|t| t.fitted.cost).min_by(f64::total_cmp);
+        let lowest = |tried: &[Tried]| tried.iter().map(|t| t.fitted.cost).min_by(f64::total_cmp);
+        let beaten_by = lowest(&tried);
         // Laws that are not linear are dear before their first step: those that a look puts far behind are left out.
-        let to_beat = least(&tried).unwrap_or(f64::INFINITY);
-        let hopeless = to_beat + 2.0 * alike(current.cost - to_beat);
         let far_behind = |starts: &Vec<&Screened>| {
             let Screened { start, gain } = starts[0];
-            LARGE.contains(&start.physics) && current.cost - FROM_LOOK * gain > hopeless
+            let looked = current.cost - FROM_LOOK * gain;
+            LARGE.contains(&start.physics) && beaten_by.is_some_and(|to_beat| looked > hopeless(to_beat))
         };
         let contenders: Vec<&Vec<&Screened>> = contenders.into_iter().filter(|c| !far_behind(c)).collect();
         let Some((first, others)) = contenders.split_first() else { continue };
@@ -191,8 +192,8 @@ fn contend(
                 ready(model, &start.knobs, true);
             }
         }
-        tried.extend(refit(first, least(&tried)));
-        let beaten_by = least(&tried);
+        tried.extend(refit(first, beaten_by));
+        let beaten_by = lowest(&tried);
         tried.par_extend(others.par_iter().filter_map(|starts| refit(starts, beaten_by)));
     }
     tried

@@ -87,6 +87,12 @@ fn a_late_camera_is_named() {
     let (world, diagnosis) = diagnosed(13, vec![Effect::Rig(Rig::CameraLag { lag_s: 0.08 })]);
     assert_eq!(diagnosis.verdict.physics, [Physics::CameraLag]);
     assert_close(parameter(&diagnosis, Physics::CameraLag, "lag_s"), 0.08, 0.05);
+    // The least lag that would have shown lowers the sum of squares by 60.
+    let limits = diagnosis.remarks.iter().find(|r| r.contains("would not have shown")).expect("limits");
+    let least_ms = limits.split_once("a camera ").and_then(|(_, rest)| rest.split_once(" ms late"));
+    let least_s = 1e-3 * least_ms.expect("a lag").0.parse::<f64>().expect("a number");
+    let lag = &diagnosis.parameters[0].parameters[0].values[0];
+    assert_close(least_s, 60.0_f64.sqrt() * lag.sd, 0.1);
     assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.02);
 }
 

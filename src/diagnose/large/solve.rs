@@ -33,7 +33,7 @@ impl Lab {
         self.curves_by(law, &SHARES, &CONTROLS)
     }
 
-    /// As [`Lab::curves`], from two depths and to some per cent: the shape, at less than half of the cost.
+    /// As [`Lab::curves`], from two depths and to some per cent: the shape, for less.
     ///
     /// # Errors
     /// As [`Lab::curves`].

@@ -59,28 +59,23 @@ impl World {
         let with = Readings::of(recording, &recording.noise);
         let without = Readings::of(&plain.record(phantom)?, &recording.noise);
         // Rows that only some of them have seen do not count.
-        let all: Vec<&Readings> = [&with, &without, &quietly].into_iter().chain(&others).collect();
-        let [with, without, quietly, others @ ..] = &Readings::common(&all)[..] else { return Ok(None) };
+        let seen = with.seen_also_by([&without, &quietly].into_iter().chain(&others));
+        let [with, without, quietly] = [with, without, quietly].map(|readings| readings.of_seen(&seen));
         // The stage drives: another modulus, of phantom and springs, is a common factor of the forces.
-        let mut of_forces = quietly.clone();
-        of_forces.rows_mut(0, 3 * recording.wrench.force_n.len()).scale_mut(2.0);
-        let columns: Vec<DVector<f64>> =
-            [&of_forces].into_iter().chain(others).map(|other| other - quietly).collect();
+        let mut forces = quietly.clone();
+        forces.rows_range_mut(3 * recording.wrench.force_n.len()..).fill(0.0);
+        let others = others.iter().map(|other| other.of_seen(&seen) - &quietly);
+        let columns: Vec<DVector<f64>> = std::iter::once(forces).chain(others).collect();
         let net = beyond(with - without, &columns);
         Ok(Some(Strength { net, signal: quietly.norm() }))
     }
 }
 
 /// Norm of what of `change` the columns leave (least squares).
-pub(super) fn beyond(change: DVector<f64>, columns: &[DVector<f64>]) -> f64 {
-    let matrix = DMatrix::from_columns(columns);
-    let svd = matrix.clone().svd(true, true);
-    let fitted = svd.solve(&change, NEGLIGIBLE * svd.singular_values.max());
-    fitted.map_or(change.norm(), |x| (change - matrix * x).norm())
+fn beyond(change: DVector<f64>, columns: &[DVector<f64>]) -> f64 {
+    let absorbed = DMatrix::from_columns(columns).qr().q();
+    (&change - &absorbed * absorbed.tr_mul(&change)).norm()
 }
-
-/// Directions weaker than this share of the strongest are rounding.
-const NEGLIGIBLE: f64 = 1e-9;
 
 /// Readings, each over its standard deviation.
 struct Readings {
@@ -102,16 +97,17 @@ impl Readings {
         }
     }
 
-    /// Forces, then what all have seen of the markers, as vectors of equal length.
-    fn common(all: &[&Self]) -> Vec<DVector<f64>> {
-        let Some((first, others)) = all.split_first() else { return Vec::new() };
-        let mut seen: Vec<(u32, u32)> = first.moved.keys().copied().collect();
-        seen.retain(|key| others.iter().all(|other| other.moved.contains_key(key)));
+    /// Frames and markers that others have seen as well.
+    fn seen_also_by<'a>(&self, others: impl Iterator<Item = &'a Self>) -> Vec<(u32, u32)> {
+        let mut seen: Vec<(u32, u32)> = self.moved.keys().copied().collect();
+        others.for_each(|other| seen.retain(|key| other.moved.contains_key(key)));
         seen.sort_unstable();
-        let of = |readings: &Self| {
-            let values = readings.force.iter().chain(seen.iter().map(|key| &readings.moved[key]));
-            DVector::from_vec(values.flat_map(|v| v.iter().copied()).collect())
-        };
-        all.iter().map(|readings| of(readings)).collect()
+        seen
+    }
+
+    /// Forces, then these of the markers.
+    fn of_seen(&self, seen: &[(u32, u32)]) -> DVector<f64> {
+        let values = self.force.iter().chain(seen.iter().map(|key| &self.moved[key]));
+        DVector::from_vec(values.flat_map(|v| v.iter().copied()).collect())
     }
 }

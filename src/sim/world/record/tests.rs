@@ -7,7 +7,6 @@ use crate::observation::Noise;
 use crate::sim::draw::{Draw, Instruments, Kinematics, PokePlan};
 use crate::sim::hex_mesh::Slab;
 use crate::sim::supports::Restraint;
-use nalgebra::DVector;
 use std::sync::OnceLock;
 
 /// A small phantom, made once for all tests here.
@@ -284,10 +283,24 @@ fn a_wrong_statement_has_a_strength() {
     assert!(near > 1.0 && far > 1.7 * near, "{near}, {far}");
 }
 
-/// What other springs would change alike does not count.
+/// What another modulus and other springs would have shown does not count.
 #[test]
-fn what_springs_explain_is_no_strength() {
-    let columns = [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]].map(|c| DVector::from_row_slice(&c));
-    let left = super::super::strength::beyond(DVector::from_row_slice(&[3.0, 4.0, 2.0]), &columns);
-    assert!((left - 2.0).abs() < 1e-12, "{left}");
+fn what_the_baseline_explains_is_no_strength() {
+    let strength = |change: &dyn Fn(&mut World)| {
+        // A gain of one changes nothing.
+        let mut world = world(vec![Effect::Rig(Rig::ForceGain { gain: [1.0; 3] })]);
+        world.instruments.noise = Instruments::default().noise;
+        let mut changed = world.clone();
+        change(&mut changed);
+        let recording = changed.record(phantom()).expect("a recording");
+        world.strength(phantom(), &recording).expect("a strength").map_or(0.0, |s| s.net)
+    };
+    let stiffness = |n_per_m| {
+        move |world: &mut World| world.holds[0] = Hold::Springs { patch: 0, stiffness_n_per_m: n_per_m }
+    };
+    let softer = strength(&stiffness(147.0));
+    let stiffer_phantom = strength(&|world| world.young_modulus_pa *= 1.02);
+    let missing = strength(&stiffness(1e-3));
+    assert!(softer < 0.1 && stiffer_phantom < 0.1, "{softer} {stiffer_phantom}");
+    assert!(missing > 1.0, "{missing}");
 }
