@@ -138,9 +138,27 @@ pub fn tet_quadrature(degree: usize) -> Vec<([f64; 4], f64)> {
     }
 }
 
-/// Barycentric points and weights (sum 1) that integrate polynomials of `degree` exactly over a triangle
-/// (conical product of Gauss–Legendre rules).
+/// Barycentric points and weights (sum 1) that integrate polynomials of `degree` exactly over a triangle: to degree 2 and 4
+/// the symmetric rules of 3 and 6 points (Strang and Fix 1973; Dunavant 1985), beyond conical products of Gauss–Legendre rules.
 pub fn triangle_quadrature(degree: usize) -> Vec<([f64; 3], f64)> {
+    // Three points with two equal coordinates `a` each, and their weight.
+    let threes = |orbits: &[(f64, f64)]| {
+        let three = |&(a, w): &(f64, f64)| {
+            let b = 1.0 - 2.0 * a;
+            [([b, a, a], w), ([a, b, a], w), ([a, a, b], w)]
+        };
+        orbits.iter().flat_map(three).collect()
+    };
+    match degree {
+        0..=2 => return threes(&[(1.0 / 6.0, 1.0 / 3.0)]),
+        3..=4 => {
+            return threes(&[
+                (0.445_948_490_915_964_9, 0.223_381_589_678_011_47),
+                (0.091_576_213_509_770_74, 0.109_951_743_655_321_88),
+            ]);
+        }
+        _ => {}
+    }
     let line = gauss_legendre((degree + 3) / 2);
     let mut rule = Vec::with_capacity(line.len().pow(2));
     for &(x, wx) in &line {

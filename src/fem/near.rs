@@ -187,17 +187,17 @@ impl Near {
 
     /// The rule over a face that its [`Near::crowding`] needs.
     fn rule(&self, corners: &[Vec3; 3]) -> &'static TriangleRule {
-        static RULES: LazyLock<[Box<TriangleRule>; 3]> =
-            LazyLock::new(|| [4, 8, 14].map(|degree| triangle_quadrature(degree).into()));
+        static RULES: LazyLock<[Box<TriangleRule>; 4]> =
+            LazyLock::new(|| [2, 4, 8, 14].map(|degree| triangle_quadrature(degree).into()));
         &RULES[self.crowding(corners)]
     }
 
-    /// How strongly the near field varies over a face: 0 mildly, 2 sharply (edge length against distance).
+    /// How strongly the near field varies over a face: 0 hardly, 3 sharply (edge length against distance).
     fn crowding(&self, corners: &[Vec3; 3]) -> usize {
         let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
         let size = corners.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
         let ratio = size / (self.distance(&centre) - 0.5 * size).max(1e-12);
-        usize::from(ratio > 0.4) + usize::from(ratio > 1.0)
+        usize::from(ratio > 0.12) + usize::from(ratio > 0.4) + usize::from(ratio > 1.0)
     }
 
     /// Distance (m) of a point from the disc.
