@@ -36,7 +36,7 @@ pub(super) fn curves(model: &Model<'_>, baseline: &Fitted, extended: &Fitted) ->
 
 fn predicted(model: &Model<'_>, fitted: &Fitted, poke: usize) -> Option<Predicted> {
     let at = fitted.without(model, poke)?;
-    let marched = model.march(&fitted.acting, &at)?;
+    let marched = model.march_near(fitted, &at)?;
     let track = &model.tracks[poke];
     let share = |channel: usize| at[marched.fitted + channel * model.body.sites + track.site];
     let rms = |rows: &DMatrix<f64>| {

@@ -13,6 +13,7 @@ use super::error::DiagnoseError;
 use super::extra::{Extra, Shelf};
 use super::knob::Knob;
 use super::march::{Group, March, march};
+use super::refit::Fitted;
 use super::rest::{Correlation, correlation, force_at_rest};
 use super::sums::PokeSums;
 use super::track::{Timeline, Track, timeline, tracks};
@@ -88,6 +89,9 @@ pub(super) struct Model<'a> {
     rough: Result<Shelf, DiagnoseError>,
     fine: OnceLock<Shelf>,
 }
+
+/// What knobs do to the body.
+type ChangeOf<'c> = &'c dyn Fn(&[(BulkKnob, f64)]) -> Option<BodyChange>;
 
 /// A change of the body that was worked out.
 struct Changed {
@@ -313,6 +317,13 @@ impl<'a> Model<'a> {
         self.march_along(&self.timeline, acting, at)
     }
 
+    /// The recording in time, the changes of the body by their derivatives where a fit has ended: for parameters a step away.
+    pub(super) fn march_near(&self, fitted: &Fitted, at: &DVector<f64>) -> Option<Marched<'_>> {
+        let ended = self.bulk_knobs(&fitted.acting, &fitted.at);
+        let changed = |knobs: &[_]| self.moved(&*self.nearest(&ended)?, knobs);
+        self.march_with(&self.timeline, &fitted.acting, at, &changed)
+    }
+
     /// Any motion in time, from rest.
     pub(super) fn march_along(
         &self,
@@ -320,11 +331,21 @@ impl<'a> Model<'a> {
         acting: &Acting,
         at: &DVector<f64>,
     ) -> Option<Marched<'_>> {
+        self.march_with(timeline, acting, at, &|knobs| self.changed(knobs))
+    }
+
+    fn march_with(
+        &self,
+        timeline: &Timeline,
+        acting: &Acting,
+        at: &DVector<f64>,
+        changed: ChangeOf<'_>,
+    ) -> Option<Marched<'_>> {
         let modulus = variable(at[0], 0).exp();
         let effects = self.effects(acting, at);
         let groups = self.groups(acting, at);
         let fitted = self.base() + acting.knobs.len();
-        let body = self.body_at(acting, at)?;
+        let body = self.body_at(acting, at, changed)?;
         let rows = march(timeline, &body, modulus, &groups, &effects)?;
         let turn = camera(&effects);
         let extra = match &effects.large {
@@ -338,7 +359,7 @@ impl<'a> Model<'a> {
     }
 
     /// The body with its patches where they are and all changes that act.
-    fn body_at(&self, acting: &Acting, at: &DVector<f64>) -> Option<Body> {
+    fn body_at(&self, acting: &Acting, at: &DVector<f64>, changed: ChangeOf<'_>) -> Option<Body> {
         let fitted = self.base() + acting.knobs.len();
         let mut body = self.body.at(&at.as_slice()[..fitted]);
         let bulk = acting.knobs.iter().enumerate().filter_map(|(i, knob)| match knob {
@@ -347,36 +368,42 @@ impl<'a> Model<'a> {
         });
         let (parameters, knobs): (Vec<usize>, Vec<(BulkKnob, f64)>) = bulk.unzip();
         if !knobs.is_empty() {
-            body.add(&self.changed(&knobs)?, |knob| parameters[knob]);
+            body.add(&changed(&knobs)?, |knob| parameters[knob]);
         }
         Some(body)
     }
 
     /// What these knobs do to the body.
     fn changed(&self, knobs: &[(BulkKnob, f64)]) -> Option<BodyChange> {
-        let lab = self.lab()?;
-        let close = |steps: &[f64]| {
-            steps.iter().zip(knobs).all(|(step, (knob, _))| step.abs() <= CLOSE * lab.range(*knob).1)
-        };
-        let kept = || self.changes.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = kept()
-            .iter()
-            .rev()
-            .find_map(|known| Some((Arc::clone(known), known.steps_to(knobs).filter(|s| close(s))?)));
-        let change = match known {
-            Some((known, steps)) => known.change.moved(&steps),
-            None => {
-                let change = lab.changed(knobs).ok()?;
-                let mut kept = kept();
-                if kept.len() == KEPT {
-                    kept.remove(0);
-                }
-                kept.push(Arc::new(Changed { knobs: knobs.to_vec(), change: change.clone() }));
-                change
-            }
-        };
+        self.moved(&*self.nearest(knobs)?, knobs)
+    }
+
+    /// What these knobs do to the body, by the derivatives of what is known of the same knobs.
+    fn moved(&self, known: &Changed, knobs: &[(BulkKnob, f64)]) -> Option<BodyChange> {
+        let change = known.change.moved(&known.steps_to(knobs)?);
         let correction = self.correction.as_ref().and_then(|c| Some(c.change.moved(&c.steps_to(knobs)?)));
         Some(correction.map_or_else(|| change.clone(), |correction| change.plus(&correction)))
+    }
+
+    /// A change so close to this one that its derivatives lead here, worked out where none is known.
+    fn nearest(&self, knobs: &[(BulkKnob, f64)]) -> Option<Arc<Changed>> {
+        let lab = self.lab()?;
+        let close = |known: &&Arc<Changed>| {
+            known.steps_to(knobs).is_some_and(|steps| {
+                steps.iter().zip(knobs).all(|(step, (knob, _))| step.abs() <= CLOSE * lab.range(*knob).1)
+            })
+        };
+        let kept = || self.changes.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = kept().iter().rev().find(close) {
+            return Some(Arc::clone(known));
+        }
+        let made = Arc::new(Changed { knobs: knobs.to_vec(), change: lab.changed(knobs).ok()? });
+        let mut kept = kept();
+        if kept.len() == KEPT {
+            kept.remove(0);
+        }
+        kept.push(Arc::clone(&made));
+        Some(made)
     }
 
     /// Smallest and largest value of a knob, and the longest step of a fit.

@@ -23,6 +23,13 @@ struct Site {
     cross: (Matrix3<f64>, DMatrix<f64>),
 }
 
+/// Sums over all rows, as a scalar product of maps that are written as vectors.
+struct Sums {
+    sites: Vec<Site>,
+    /// Inverse variance of each force component (1/N²) and marker component (1/m²).
+    weight: ([f64; 3], Vec<f64>),
+}
+
 /// A fitted reading, ready to be asked about changes of the body.
 pub(super) struct Scan {
     modulus: f64,
@@ -30,10 +37,10 @@ pub(super) struct Scan {
     discs: Vec<f64>,
     body: Body,
     maps: Maps,
-    sites: Vec<Site>,
-    /// Inverse variance of each force component (1/N²) and marker component (1/m²).
-    weight: ([f64; 3], Vec<f64>),
-    columns: Vec<Maps>,
+    sums: Sums,
+    /// The columns that absorb, one a row, and the residual: their scalar product with a map as a vector.
+    columns: DMatrix<f64>,
+    residual: DVector<f64>,
     /// Inverse of the normal matrix of the columns, and their product with the residual.
     covariance: DMatrix<f64>,
     pull: DVector<f64>,
@@ -63,35 +70,21 @@ impl Scan {
         // Patches that are left out have columns of zeros.
         let frozen = (0..fittable).map(|i| model.frozen(&fitted.acting, i)).chain(std::iter::repeat(false));
         prior.iter_mut().zip(frozen).filter(|(_, frozen)| *frozen).for_each(|(p, _)| *p = 1.0);
-        let mut scan = Self {
-            modulus,
-            discs,
-            body,
-            maps,
-            sites,
-            weight,
-            columns,
-            covariance: DMatrix::zeros(0, 0),
-            pull: DVector::zeros(0),
-        };
-        let n = scan.columns.len();
-        let mut normal = DMatrix::from_diagonal(&DVector::from_vec(prior));
-        for i in 0..n {
-            for j in 0..=i {
-                let product = scan.product(&scan.columns[i], &scan.columns[j]);
-                normal[(i, j)] += product;
-                if i != j {
-                    normal[(j, i)] += product;
-                }
-            }
-        }
+        let sums = Sums { sites, weight };
+        let n = columns.len();
+        let vectors: Vec<DVector<f64>> = columns.iter().map(Maps::vector).collect();
+        let weighed: Vec<_> = columns.iter().map(|column| sums.weighed(column).transpose()).collect();
+        let columns = DMatrix::from_rows(&weighed);
+        let normal =
+            DMatrix::from_diagonal(&DVector::from_vec(prior)) + &columns * DMatrix::from_columns(&vectors);
         // Scaled, as moduli, metres and shares differ by orders.
         let scale = normal.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt().recip());
         let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);
         let inverse = (scaled + DMatrix::identity(n, n) * 1e-10).cholesky()?.inverse();
-        scan.covariance = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
-        scan.pull = DVector::from_fn(n, |i, _| scan.with_residual(&scan.columns[i]));
-        Some(scan)
+        let covariance = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+        let residual = sums.residual();
+        let pull = DVector::from_fn(n, |i, _| residual.dot(&vectors[i]));
+        Some(Self { modulus, discs, body, maps, sums, columns, residual, covariance, pull })
     }
 
     /// By how much the sum of squares falls with the best positive amount of this change. `None` where the changed body has
@@ -105,43 +98,61 @@ impl Scan {
             markers: &sum(&self.body.markers, &change.markers),
         };
         let column = maps(&changed, &self.discs, self.modulus)?.less(&self.maps);
-        let with_columns =
-            DVector::from_fn(self.columns.len(), |i, _| self.product(&column, &self.columns[i]));
+        let vector = column.vector();
+        let with_columns = &self.columns * &vector;
         let absorbed = &self.covariance * &with_columns;
-        let pull = self.with_residual(&column) - absorbed.dot(&self.pull);
-        let size = self.product(&column, &column) - absorbed.dot(&with_columns);
+        let pull = self.residual.dot(&vector) - absorbed.dot(&self.pull);
+        let size = self.sums.weighed(&column).dot(&vector) - absorbed.dot(&with_columns);
         (size > 0.0).then(|| pull.max(0.0).powi(2) / size)
     }
+}
 
-    fn product(&self, a: &Maps, b: &Maps) -> f64 {
-        let mut sum = 0.0;
-        for ((a, b), site) in a.0.iter().zip(&b.0).zip(&self.sites) {
-            for axis in 0..3 {
-                sum += self.weight.0[axis] * (a.0.row(axis) * site.drive[0] * b.0.row(axis).transpose())[0];
-            }
-            let driven = &a.1 * site.drive[1];
-            for (row, weight) in self.weight.1.iter().enumerate() {
-                sum += weight * driven.row(row).dot(&b.1.row(row));
-            }
-        }
-        sum
+impl Sums {
+    /// What a map's scalar product with others is taken with: driven and over the variance.
+    fn weighed(&self, maps: &Maps) -> DVector<f64> {
+        let parts = maps.0.iter().zip(&self.sites).map(|((force, markers), site)| {
+            (
+                self.over_variance(force * site.drive[0]),
+                self.markers_over_variance(
+                    markers * DMatrix::from_column_slice(3, 3, site.drive[1].as_slice()),
+                ),
+            )
+        });
+        Maps(parts.collect()).vector()
     }
 
-    fn with_residual(&self, a: &Maps) -> f64 {
-        let mut sum = 0.0;
-        for (a, site) in a.0.iter().zip(&self.sites) {
-            for axis in 0..3 {
-                sum += self.weight.0[axis] * a.0.row(axis).dot(&site.cross.0.row(axis));
-            }
-            for (row, weight) in self.weight.1.iter().enumerate() {
-                sum += weight * a.1.row(row).dot(&site.cross.1.row(row));
-            }
+    /// The same of the residual.
+    fn residual(&self) -> DVector<f64> {
+        let parts = self
+            .sites
+            .iter()
+            .map(|site| (self.over_variance(site.cross.0), self.markers_over_variance(site.cross.1.clone())));
+        Maps(parts.collect()).vector()
+    }
+
+    fn over_variance(&self, mut force: Matrix3<f64>) -> Matrix3<f64> {
+        force.row_iter_mut().zip(&self.weight.0).for_each(|(mut row, weight)| row *= *weight);
+        force
+    }
+
+    fn markers_over_variance(&self, mut markers: DMatrix<f64>) -> DMatrix<f64> {
+        for mut column in markers.column_iter_mut() {
+            column.iter_mut().zip(&self.weight.1).for_each(|(x, weight)| *x *= weight);
         }
-        sum
+        markers
     }
 }
 
 impl Maps {
+    /// All entries in a row: site by site force, then markers.
+    fn vector(&self) -> DVector<f64> {
+        let all = self.0.iter().flat_map(|(force, markers)| force.iter().chain(markers.iter()));
+        DVector::from_iterator(
+            self.0.iter().map(|(force, markers)| force.len() + markers.len()).sum(),
+            all.copied(),
+        )
+    }
+
     fn less(&self, other: &Self) -> Self {
         Self(self.0.iter().zip(&other.0).map(|(a, b)| (a.0 - b.0, &a.1 - &b.1)).collect())
     }
