@@ -1,5 +1,6 @@
 //! What may be typed.
 
+use super::bench::BenchArguments;
 use super::block_mesh::BlockArguments;
 use super::check::CheckArguments;
 use super::completions::CompletionArguments;
@@ -47,6 +48,7 @@ pub(super) enum Command {
     Draw(DrawArguments),
     Conceal(ConcealArguments),
     Prove(ProveArguments),
+    Bench(BenchArguments),
     Completions(CompletionArguments),
 }
 

@@ -11,6 +11,7 @@ use crate::sim::{Answer, Phantom, SimError, Strength, World};
 use anyhow::Context as _;
 use clap::Args;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -45,6 +46,14 @@ pub(super) struct ConcealArguments {
 
 /// A draw that the bench refuses so often in a row is given up.
 const ATTEMPTS: u64 = 50;
+
+/// From what the world of a draw is made. Sealed with its answer, so that the session can be gone on with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Session {
+    seed: u64,
+    stock_seed: u64,
+    phantoms: u64,
+}
 
 /// A draw to be made.
 struct Waiting {
@@ -99,7 +108,7 @@ pub(super) fn run(arguments: &ConcealArguments, context: &Context) -> anyhow::Re
             for (draw, recorded) in recorded {
                 match recorded {
                     Ok(recorded) => {
-                        write(&folder, &seal, &draw, recorded, &mut hashes)?;
+                        write(arguments, &folder, &seal, &draw, recorded, &mut hashes)?;
                         bar.advance();
                     }
                     Err(error) => {
@@ -194,7 +203,7 @@ impl Waiting {
 fn wanted(arguments: &ConcealArguments, index: u64, from: u64) -> (u64, World) {
     let mut attempt = from;
     loop {
-        let world = drawn(arguments, index, attempt);
+        let world = session(arguments, index, attempt).world(&draw_name(index));
         if !arguments.with_effect || !Answer::of(&world).physics.is_empty() {
             return (attempt, world);
         }
@@ -202,8 +211,8 @@ fn wanted(arguments: &ConcealArguments, index: u64, from: u64) -> (u64, World) {
     }
 }
 
-/// The world of a draw: seeds follow from the seed by a hash, so that none tells another.
-fn drawn(arguments: &ConcealArguments, index: u64, attempt: u64) -> World {
+/// From what the world of a draw is made: seeds follow from the seed by a hash, so that none tells another.
+fn session(arguments: &ConcealArguments, index: u64, attempt: u64) -> Session {
     let number = |purpose: &str, of: &[u64]| {
         let parts: Vec<[u8; 8]> = of.iter().map(|n| n.to_le_bytes()).collect();
         let parts: Vec<&[u8]> = parts.iter().map(<[u8; 8]>::as_slice).collect();
@@ -211,11 +220,20 @@ fn drawn(arguments: &ConcealArguments, index: u64, attempt: u64) -> World {
         bytes.copy_from_slice(&digest(purpose, &parts)[..8]);
         u64::from_le_bytes(bytes)
     };
-    let seed = number("phantom-rig draw", &[arguments.seed, index, attempt]);
-    let mut world = World::draw(seed, number("phantom-rig stock", &[arguments.seed]), arguments.phantoms);
-    // The name that the world gives itself tells its seed.
-    world.name = draw_name(index);
-    world
+    Session {
+        seed: number("phantom-rig draw", &[arguments.seed, index, attempt]),
+        stock_seed: number("phantom-rig stock", &[arguments.seed]),
+        phantoms: arguments.phantoms,
+    }
+}
+
+impl Session {
+    /// The world that is recorded under this name: the one that the world gives itself tells its seed.
+    pub(super) fn world(self, name: &str) -> World {
+        let mut world = World::draw(self.seed, self.stock_seed, self.phantoms);
+        world.name = name.to_owned();
+        world
+    }
 }
 
 /// A recording with the strength of what it conceals.
@@ -232,6 +250,7 @@ fn record(world: &World, phantom: &Phantom) -> Result<Recorded, SimError> {
 
 /// Writes a draw: answer under seal, hash, and last the recording, by which it counts as made.
 fn write(
+    arguments: &ConcealArguments,
     folder: &ProofFolder,
     seal: &Seal,
     waiting: &Waiting,
@@ -247,6 +266,7 @@ fn write(
         let salt = digest("phantom-rig salt", &[seal.text().as_bytes(), draw.as_bytes()]);
         let more = json!({
             "format": "phantom-answer/1",
+            "session": session(arguments, waiting.index, waiting.skipped),
             "salt": hex(&salt),
             "passed_over": waiting.skipped,
             "passed_over_because": waiting.refused.as_ref().map(ToString::to_string),

@@ -1,9 +1,11 @@
 //! `diagnose`: a bundle → what the model left out, and a folder with a page, `diagnosis.json` and the next poke.
 
+use super::continued::ContinueArguments;
 use super::{Context, Exit, Outcome, StagedFolder, UsageError, fit};
 use crate::dataset::read_bundle;
-use crate::diagnose::{Progress, Settings, diagnose};
+use crate::diagnose::{Choice, Progress, Settings, diagnose};
 use crate::inverse;
+use crate::observation::Recording;
 use crate::report::{conclusion, diagnosis_json, evidence, is_sure, write_diagnosis};
 use clap::Args;
 use serde_json::json;
@@ -19,6 +21,7 @@ use std::path::PathBuf;
   phantom-rig diagnose recordings/practice-02
   phantom-rig diagnose recordings/practice-02 --out results/02 --quick
   phantom-rig diagnose recordings/practice-02 --false-alarm 0.001
+  phantom-rig diagnose proofs/1/recordings/draw-0004 --continue 'phantom-rig bench proofs/1 draw-0004'
   phantom-rig diagnose recordings/practice-02 --print-only --json > 02.json")]
 pub(super) struct DiagnoseArguments {
     /// The bundle: a folder with recording.toml, mesh.msh, pokes.csv, force.csv, markers.csv
@@ -39,6 +42,8 @@ pub(super) struct DiagnoseArguments {
     /// Write no folder; only say what was found
     #[arg(long, conflicts_with_all = ["out", "force"])]
     print_only: bool,
+    #[command(flatten)]
+    further: ContinueArguments,
 }
 
 const FALSE_ALARM: f64 = 0.02;
@@ -51,15 +56,23 @@ pub(super) fn run(arguments: &DiagnoseArguments, context: &Context) -> anyhow::R
     let settings = Settings {
         fit: inverse::Settings { quick: arguments.quick, ..inverse::Settings::default() },
         false_alarm: share,
+        choice: arguments.further.random_pokes.map_or(Choice::Telling, Choice::Random),
     };
+    arguments.further.check()?;
     let spinner = context.progress.spinner("reading");
-    let (recording, suspicions) = read_bundle(&arguments.bundle)?;
+    let (mut recording, suspicions) = read_bundle(&arguments.bundle)?;
     let destination = arguments.out.clone().unwrap_or_else(|| fit::beside(&arguments.bundle, "diagnosis"));
     let folder = match arguments.print_only {
         true => None,
         false => Some(StagedFolder::new(&destination, arguments.force)?),
     };
-    let mut diagnosis = diagnose(&recording, &settings, &mut |stage| spinner.label(&said(stage)))?;
+    let made =
+        |recording: &Recording| Ok(diagnose(recording, &settings, &mut |stage| spinner.label(&said(stage)))?);
+    let mut diagnosis = made(&recording)?;
+    let tell = |text: &str| spinner.label(text);
+    let further = &arguments.further;
+    let continued =
+        further.go_on(&destination, arguments.force, &mut recording, &mut diagnosis, &tell, made)?;
     diagnosis.remarks.extend(suspicions.iter().map(ToString::to_string));
     let made_with = json!({
         "bundle": arguments.bundle.display().to_string(),
@@ -81,11 +94,11 @@ pub(super) fn run(arguments: &DiagnoseArguments, context: &Context) -> anyhow::R
         text.push_str(&format!("\nPage: {}", destination.join("diagnosis.html").display()));
     }
     drop(spinner);
-    Ok(Outcome {
-        exit: if is_sure(&diagnosis) { Exit::Good } else { Exit::Degraded },
-        text,
-        json: diagnosis_json(&diagnosis, &made_with)?,
-    })
+    let mut json = diagnosis_json(&diagnosis, &made_with)?;
+    if let (Some(continued), Some(keys)) = (continued, json.as_object_mut()) {
+        keys.insert("continued".to_owned(), serde_json::to_value(continued)?);
+    }
+    Ok(Outcome { exit: if is_sure(&diagnosis) { Exit::Good } else { Exit::Degraded }, text, json })
 }
 
 fn said(stage: Progress) -> String {

@@ -18,11 +18,13 @@
 //! work reports to [`Progress`].
 
 mod arguments;
+mod bench;
 mod block_mesh;
 mod check;
 mod check_text;
 mod completions;
 mod conceal;
+mod continued;
 mod diagnose;
 mod draw;
 mod experiment;

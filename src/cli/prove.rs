@@ -1,8 +1,8 @@
 //! `prove`: concealed draws → every verdict on disk, then the answers opened, then how well.
 
 use super::proof::{
-    ProofError, ProofFolder, Seal, bundle_sum, close_verdicts, digest, draw_name, hex, make_verdicts,
-    read_sums, read_verdict, replace,
+    ProofError, ProofFolder, close_verdicts, draw_name, make_verdicts, open_answer, open_key, read_sums,
+    read_verdict, replace,
 };
 use super::{Context, Exit, Outcome, UsageError};
 use crate::report::scorecard::{
@@ -82,13 +82,11 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
     }
     close_verdicts(&folder, &draws)?;
 
-    let key = arguments.key.clone().unwrap_or_else(|| folder.key());
-    let seal = key_of(&key)?;
+    let seal = open_key(&folder, arguments.key.as_deref())?;
     let mut judged = Vec::with_capacity(draws.len());
     let (few, mut told) = (draws.len() <= FEW, Vec::new());
     for draw in &draws {
-        let published = hashes.get(draw).map(String::as_str).unwrap_or_default();
-        let answer = open(&folder, &seal, draw, published)?;
+        let answer: Answer = open_answer(&folder, &seal, draw, &hashes)?;
         let (said, seconds) = read_verdict(&folder, draw)?;
         let opened = Draw { name: draw.clone(), answer, said, seconds };
         judged.push(judge(&opened));
@@ -111,38 +109,6 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
     let text = told.join("\n");
     let exit = if card.failed.of == 0 { Exit::Good } else { Exit::Degraded };
     Ok(Outcome { exit, text, json })
-}
-
-fn key_of(place: &PathBuf) -> Result<Seal, ProofError> {
-    if !place.is_file() {
-        return Err(ProofError::NoKey { place: place.clone() });
-    }
-    let text = std::fs::read_to_string(place).map_err(|source| ProofError::System {
-        place: place.clone(),
-        action: "read",
-        source,
-    })?;
-    Seal::of_text(&text).ok_or_else(|| ProofError::NotAKey { place: place.clone() })
-}
-
-/// The answer of a draw, which must be the one whose hash was published and belong to the recording.
-fn open(folder: &ProofFolder, seal: &Seal, draw: &str, published: &str) -> Result<Answer, ProofError> {
-    let place = folder.sealed(draw);
-    let sealed = std::fs::read(&place).map_err(|source| ProofError::System {
-        place: place.clone(),
-        action: "read",
-        source,
-    })?;
-    let text = seal.open(draw, &sealed)?;
-    if hex(&digest("phantom-rig answer", &[&text])) != published {
-        return Err(ProofError::OtherAnswer { draw: draw.to_owned() });
-    }
-    let unreadable = |source| ProofError::NotAnAnswer { draw: draw.to_owned(), source };
-    let value: Value = serde_json::from_slice(&text).map_err(unreadable)?;
-    if value["bundle_sha256"] != bundle_sum(&folder.recording(draw))? {
-        return Err(ProofError::OtherRecording { draw: draw.to_owned() });
-    }
-    serde_json::from_value(value).map_err(unreadable)
 }
 
 fn scorecard_json(card: &Scorecard) -> anyhow::Result<Value> {

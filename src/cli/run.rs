@@ -3,8 +3,8 @@
 use super::arguments::{Cli, Command, Experiment, Shape};
 use super::staged::clean_up_on_interrupt;
 use super::{
-    Context, Exit, Outcome, Progress, UsageError, block_mesh, check, completions, conceal, diagnose, draw,
-    experiment, fit, prove,
+    Context, Exit, Outcome, Progress, UsageError, bench, block_mesh, check, completions, conceal, diagnose,
+    draw, experiment, fit, prove,
 };
 use anyhow::Context as _;
 use clap::Parser;
@@ -50,6 +50,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Draw(arguments) => draw::run(arguments, &context),
         Command::Conceal(arguments) => conceal::run(arguments, &context),
         Command::Prove(arguments) => prove::run(arguments, &context),
+        Command::Bench(arguments) => bench::run(arguments, &context),
         Command::Completions(arguments) => Ok(completions::run(arguments)),
     }
 }

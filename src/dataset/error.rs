@@ -300,6 +300,22 @@ pub enum DatasetError {
         /// Radius (m).
         radius_m: f64,
     },
+    /// A poke to be made that no stage can make.
+    #[error("{}, row {row}, column {column}: poke {poke}'s {column} is {value}; expected {expected}", file.display())]
+    CannotBeMade {
+        /// The file.
+        file: PathBuf,
+        /// Line.
+        row: u64,
+        /// Its number.
+        poke: u32,
+        /// The column.
+        column: &'static str,
+        /// What stands there (SI).
+        value: f64,
+        /// What can be.
+        expected: &'static str,
+    },
     /// A site away from the phantom.
     #[error(
         "{}, row {row}, columns site_x_m, site_y_m, site_z_m: the site {site_m:?} m of poke {poke} lies {distance_m:.6} m from the mesh surface; expected at most its radius, {radius_m} m{}",

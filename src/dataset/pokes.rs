@@ -58,11 +58,7 @@ fn check(
     if before.iter().any(|p| p.number == number) {
         return Err(DatasetError::RepeatedPoke { file, row, poke: number });
     }
-    let length = direction.norm();
-    if (length - 1.0).abs() > UNIT_TOLERANCE {
-        let direction = direction.into();
-        return Err(DatasetError::DirectionNotUnit { file, row, poke: number, direction, length });
-    }
+    let direction = unit(&file, row, number, direction)?;
     if radius_m <= 0.0 {
         return Err(DatasetError::RadiusNotPositive { file, row, poke: number, radius_m });
     }
@@ -93,7 +89,15 @@ fn check(
             });
         }
     }
-    let direction: Vec3 =
-        if (length - 1.0).abs() <= UNIT_TO_ROUNDING { direction } else { direction / length };
     Ok(Poke { direction, ..poke })
+}
+
+/// The direction of a poke as a unit vector, which it must nearly be.
+pub(super) fn unit(file: &Path, row: u64, poke: u32, direction: Vec3) -> Result<Vec3, DatasetError> {
+    let length = direction.norm();
+    if (length - 1.0).abs() > UNIT_TOLERANCE {
+        let (file, direction) = (file.to_owned(), direction.into());
+        return Err(DatasetError::DirectionNotUnit { file, row, poke, direction, length });
+    }
+    Ok(if (length - 1.0).abs() <= UNIT_TO_ROUNDING { direction } else { direction / length })
 }

@@ -2,6 +2,7 @@
 
 use super::physics::Physics;
 use crate::geometry::Vec3;
+use crate::observation::PlannedPoke;
 
 /// The answer to "why do model and recording differ".
 #[derive(Debug, Clone, PartialEq)]
@@ -158,16 +159,8 @@ pub struct NextPoke {
     pub why: String,
     /// What it separates.
     pub separates: Vec<Physics>,
-    /// Middle of the tip's disc on the surface (m).
-    pub site_m: Vec3,
-    /// Unit vector into the phantom.
-    pub direction: Vec3,
-    /// Depth (m).
-    pub depth_m: f64,
-    /// Rate of approach and retreat (m/s).
-    pub rate_m_s: f64,
-    /// Time held (s).
-    pub hold_s: f64,
+    /// The poke.
+    pub poke: PlannedPoke,
 }
 
 /// One poke's force and its most telling marker in time, measured and predicted by fits that did not see it.
@@ -196,11 +189,22 @@ pub struct Settings {
     pub fit: crate::inverse::Settings,
     /// Share of recordings without anything left out in which a mismatch may be called.
     pub false_alarm: f64,
+    /// How the next poke is chosen.
+    pub choice: Choice,
+}
+
+/// How the next poke is chosen among those that the rig can make.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Choice {
+    /// By what it is expected to tell.
+    Telling,
+    /// At random, from a seed: to compare with.
+    Random(u64),
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { fit: crate::inverse::Settings::default(), false_alarm: 0.02 }
+        Self { fit: crate::inverse::Settings::default(), false_alarm: 0.02, choice: Choice::Telling }
     }
 }
 

@@ -13,7 +13,7 @@
 //! | `body`, [`bulk`] | the condensed body, and linear changes of it |
 //! | `extra`, [`large`] | what is not linear in the displacement |
 //! | `left`, `place` | what a reading leaves: when, where, in which channel |
-//! | `verdict`, `parameters`, `curves`, `next_poke` | what is said, how surely, and what to do next |
+//! | `verdict`, `parameters`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
 //!
 //! Symbols: `C` compliance for a unit modulus (1/m), `𝓔` the hereditary modulus, `q` force of the tip (N), `f` forces of the
 //! restraint discs (N), `u` displacements (m), `J` derivative of the readings by the parameters.
@@ -39,6 +39,7 @@ mod next_poke;
 mod parameters;
 mod physics;
 mod place;
+mod plans;
 mod refit;
 mod rest;
 mod rows;
@@ -53,8 +54,8 @@ mod undecided;
 mod verdict;
 
 pub use diagnosis::{
-    Candidate, Channel, Curve, Diagnosis, Estimate, Found, Mismatch, NextPoke, Parameter, Phase, Progress,
-    Reading, Region, Settings, Verdict,
+    Candidate, Channel, Choice, Curve, Diagnosis, Estimate, Found, Mismatch, NextPoke, Parameter, Phase,
+    Progress, Reading, Region, Settings, Verdict,
 };
 pub use dual::Field;
 pub use error::DiagnoseError;

@@ -1,159 +1,128 @@
-//! The poke that tells two readings apart best, for its time on the bench.
+//! The poke that tells the readings still standing apart best, for its time on the bench.
 //!
-//! Both readings predict the force and the markers of pokes that were not made, as the march in time would record them: at
-//! every place poked so far, in its direction, shallow and deep, slow and fast, with and without a long hold. What a
-//! change of the modulus would make alike is taken off; what is left, over the noise and per second, decides.
+//! The chosen reading is taken to be right, and what it predicts of a poke that was not made is given to its rivals to
+//! explain: by a refit of all that they leave open, with what the recording taught them. What a rival cannot explain then is
+//! what the poke tells; the poke is the one at which the rival that explains most is told most per second.
 
-use super::diagnosis::NextPoke;
-use super::march::March;
-use super::model::Model;
+use super::diagnosis::{Choice, NextPoke};
+use super::model::{Marched, Model};
 use super::physics::Physics;
+use super::plans::{Plan, imagined, plans};
 use super::refit::Fitted;
-use super::track::{Row, Timeline, Touch};
+use super::sums::PokeSums;
+use nalgebra::DMatrix;
+use rand::RngExt;
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 
-/// Depths over the deepest so far, rates (m/s) and holds (s) that are tried.
-const DEPTHS: [f64; 2] = [0.5, 1.0];
-const RATES_M_S: [f64; 2] = [1e-3, 6e-3];
-const HOLDS_S: [f64; 2] = [0.5, 10.0];
+/// A reading: what acts besides the baseline, and its fit.
+pub(super) type Standing<'a> = (&'a [Physics], &'a Fitted);
 
-/// Rest before the poke, which costs time as well (s).
-const REST_S: f64 = 2.0;
-
-/// Rows of the force sensor and frames of the camera per second, as predicted.
-const ROW_S: f64 = 0.02;
-const FRAME_ROWS: usize = 5;
-
-/// Which poke to make.
-#[derive(Debug, Clone, Copy)]
-struct Plan {
-    /// Index of a track at the same place, in the same direction.
-    track: usize,
-    depth_m: f64,
-    rate_m_s: f64,
-    hold_s: f64,
-}
-
-impl Plan {
-    fn contact_s(&self) -> f64 {
-        2.0 * self.depth_m / self.rate_m_s + self.hold_s
-    }
-
-    /// Depth at a time since contact (m).
-    fn depth_at(&self, t: f64) -> f64 {
-        (t * self.rate_m_s).min(self.depth_m).min((self.contact_s() - t) * self.rate_m_s).max(0.0)
-    }
-}
-
-/// The best poke to tell `one` from `other`, which are the readings of these entries. `None` where no poke separates them.
+/// The best poke to tell `chosen` from its `rivals`, or one at random. `None` where no poke separates them.
 pub(super) fn next_poke(
     model: &Model<'_>,
-    one: (&[Physics], &Fitted),
-    other: (&[Physics], &Fitted),
+    chosen: Standing<'_>,
+    rivals: &[Standing<'_>],
+    choice: Choice,
 ) -> Option<NextPoke> {
-    let deepest = model.tracks.iter().flat_map(|t| &t.depth_m).copied().fold(0.0, f64::max);
-    let mut plans = Vec::new();
-    for track in first_of_each_place(model) {
-        for depth in DEPTHS {
-            for rate_m_s in RATES_M_S {
-                for hold_s in HOLDS_S {
-                    plans.push(Plan { track, depth_m: depth * deepest, rate_m_s, hold_s });
-                }
-            }
+    let all = plans(model, rivals.iter().map(|r| r.1).chain([chosen.1]));
+    let fits: Vec<(&Fitted, f64)> = rivals.iter().map(|(_, fit)| (*fit, fit.promised(model))).collect();
+    let per_second = |plan: &Plan| Some(told(model, plan, chosen.1, &fits)? / plan.bench_s());
+    let (per_second, plan) = match choice {
+        Choice::Telling => {
+            let judged: Vec<(f64, Plan)> =
+                all.par_iter().filter_map(|plan| Some((per_second(plan)?, *plan))).collect();
+            judged.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 > 0.0)?
+        }
+        Choice::Random(seed) => {
+            let mut rng = ChaCha12Rng::seed_from_u64(seed);
+            rng.set_stream(model.tracks.len() as u64);
+            let plan = *all.get(rng.random_range(0..all.len().max(1)))?;
+            (per_second(&plan).unwrap_or(0.0), plan)
+        }
+    };
+    let names: Vec<String> = rivals.iter().map(|r| named(r.0)).collect();
+    let how = match choice {
+        Choice::Telling => format!("of {} pokes at the places so far it", all.len()),
+        Choice::Random(_) => "chosen at random, it".to_owned(),
+    };
+    let mut separates = chosen.0.to_vec();
+    for physics in rivals.iter().flat_map(|r| r.0) {
+        if !separates.contains(physics) {
+            separates.push(*physics);
         }
     }
-    let judged: Vec<(f64, Plan)> = plans
-        .into_par_iter()
-        .filter_map(|plan| {
-            Some((separation(model, &plan, one.1, other.1)? / (plan.contact_s() + REST_S), plan))
-        })
-        .collect();
-    let (per_second, plan) = judged.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-    if per_second <= 0.0 {
-        return None;
-    }
-    let track = &model.tracks[plan.track];
-    let named = |physics: &[Physics]| match physics {
-        [] => "the baseline".to_owned(),
-        all => all.iter().map(|p| p.id()).collect::<Vec<_>>().join(" with "),
-    };
-    let separates: Vec<Physics> = one.0.iter().chain(other.0).copied().collect();
     Some(NextPoke {
         why: format!(
-            "of the pokes at the places so far it tells {} from {} best for its time: a squared distance of {:.0} standard deviations in {:.0} s",
-            named(one.0),
-            named(other.0),
-            per_second * (plan.contact_s() + REST_S),
-            plan.contact_s() + REST_S
+            "{how} tells {} from {}{}: were the first right, the others would miss it by a sum of squares of {:.0} or more, in {:.0} s",
+            named(chosen.0),
+            names.join(" and "),
+            if choice == Choice::Telling { " best for its time" } else { "" },
+            per_second * plan.bench_s(),
+            plan.bench_s()
         ),
         separates,
-        site_m: model.settled.evidence.sites[track.site].centre,
-        direction: track.direction,
-        depth_m: plan.depth_m,
-        rate_m_s: plan.rate_m_s,
-        hold_s: plan.hold_s,
+        poke: plan.poke(model),
     })
 }
 
-/// One track for every place and direction.
-fn first_of_each_place(model: &Model<'_>) -> Vec<usize> {
-    let mut firsts: Vec<usize> = Vec::new();
-    for track in &model.tracks {
-        let same = |&i: &usize| {
-            let first = &model.tracks[i];
-            first.site == track.site && (first.direction - track.direction).norm() < 1e-6
-        };
-        if !firsts.iter().any(same) {
-            firsts.push(track.index);
-        }
+fn named(physics: &[Physics]) -> String {
+    match physics {
+        [] => "the baseline".to_owned(),
+        all => all.iter().map(|p| p.id()).collect::<Vec<_>>().join(" with "),
     }
-    firsts
 }
 
-/// Squared distance of the two predictions over the noise, less what a common factor explains.
-fn separation(model: &Model<'_>, plan: &Plan, one: &Fitted, other: &Fitted) -> Option<f64> {
-    let a = predicted(model, plan, one)?;
-    let b = predicted(model, plan, other)?;
-    let product = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
-    let distance: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
-    let size = product(&b, &b).max(f64::MIN_POSITIVE);
-    Some(product(&distance, &distance) - product(&distance, &b).powi(2) / size)
-}
-
-/// Readings of a poke, each over its noise: force, then markers.
-fn predicted(model: &Model<'_>, plan: &Plan, fitted: &Fitted) -> Option<Vec<f64>> {
-    let track = &model.tracks[plan.track];
-    let start = model.end_s() + REST_S;
-    let count = (plan.contact_s() / ROW_S).ceil() as usize;
-    let rows = (0..=count).map(|i| {
-        let t = ROW_S * i as f64;
-        let reported_m = track.direction * plan.depth_at(t);
-        let (site, direction, inward) = (track.site, track.direction, track.inward);
-        Row { time_s: start + t, contact: Some(Touch { site, direction, inward, reported_m }), first: i == 0 }
+/// What the rival that explains the poke best cannot explain of it, were `right` right; each with what it promises without
+/// the poke. `None` where a reading has no answer.
+fn told(model: &Model<'_>, plan: &Plan, right: &Fitted, rivals: &[(&Fitted, f64)]) -> Option<f64> {
+    let imagined = imagined(model, plan);
+    let march = |fit: &Fitted| model.march_along(&imagined.timeline, &fit.acting, &fit.at);
+    let truth = march(right)?;
+    let told = rivals.iter().map(|(rival, before)| {
+        let own = march(rival)?;
+        let sums = imagined.missed(model, (&own, rival), (&truth, right))?;
+        let cost = sums.cost;
+        let mut more = Fitted::clone(rival);
+        more.parts.insert(0, sums);
+        Some(cost - (more.promised(model) - before).max(0.0))
     });
-    let timeline = Timeline { rows: rows.collect() };
-    let marched = model.march_along(&timeline, &fitted.acting, &fitted.at)?;
-    let March { force, loads, .. } = &marched.rows;
-    let mut readings = Vec::new();
-    for (row, force) in force.iter().enumerate() {
-        let more = model.added(&marched, plan.track, row).0;
-        for axis in 0..3 {
-            let model_n = (force[axis].re + more[axis].re) * marched.effects.gain[axis].re;
-            readings.push(model_n / model.force_sd[axis]);
-        }
-    }
-    for (row, load) in loads.iter().enumerate().step_by(FRAME_ROWS) {
-        let plain = nalgebra::DVector::from_iterator(load.len(), load.iter().map(|l| l.re));
-        let mut u = &marched.body.markers.value * plain;
-        if let Some(more) = model.added(&marched, plan.track, row).1 {
-            u += more;
-        }
-        for (marker, sd) in model.marker_sd.iter().enumerate() {
-            for (turn, sd) in marched.turn.iter().zip(sd) {
-                let seen: f64 = turn.iter().enumerate().map(|(k, t)| t.re * u[3 * marker + k]).sum();
-                readings.push(seen / sd);
+    told.collect::<Option<Vec<f64>>>()?.into_iter().min_by(f64::total_cmp)
+}
+
+impl super::plans::Imagined {
+    /// Sums of what a reading misses of the poke where another predicts what is seen.
+    fn missed(
+        &self,
+        model: &Model<'_>,
+        (own, rival): (&Marched<'_>, &Fitted),
+        (truth, right): (&Marched<'_>, &Fitted),
+    ) -> Option<PokeSums> {
+        let (track, sites) = (&self.track, model.body.sites);
+        let share = |marched: &Marched<'_>, which: usize| marched.fitted + which * sites + track.site;
+        let mut sums = PokeSums::empty(rival.at.len());
+        // With nothing seen a residual is less the prediction: their difference is what is missed.
+        let less = |mut rows: DMatrix<f64>, truth: &DMatrix<f64>| {
+            let (last, theirs) = (rows.ncols() - 1, truth.ncols() - 1);
+            let mut residual = rows.column_mut(last);
+            residual -= truth.column(theirs);
+            rows
+        };
+        let forces = |marched: &Marched<'_>, fit: &Fitted| {
+            model.force_rows(track, marched, fit.at[share(marched, 0)], true)
+        };
+        let rows = less(forces(own, rival), &forces(truth, right));
+        sums.add(&rows, 0, share(own, 0), model.correlation.force / self.rows_each, true);
+        for frame in &track.frames {
+            let markers = |marched: &Marched<'_>, fit: &Fitted| {
+                model.marker_rows(track, frame, marched, fit.at[share(marched, 1)])
+            };
+            // Before the lag of a camera has passed it shows nothing.
+            if let (Some(own_rows), Some(truth_rows)) = (markers(own, rival), markers(truth, right)) {
+                sums.add(&less(own_rows, &truth_rows), 1, share(own, 1), 1.0 / self.frames_each, true);
             }
         }
+        sums.cost.is_finite().then_some(sums)
     }
-    Some(readings)
 }

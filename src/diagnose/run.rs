@@ -9,16 +9,18 @@
 
 use super::bulk::Lab;
 use super::curves::curves;
-use super::diagnosis::{Candidate, Diagnosis, Estimate, Mismatch, NextPoke, Progress, Reading, Settings};
+use super::diagnosis::{
+    Candidate, Choice, Diagnosis, Estimate, Mismatch, NextPoke, Progress, Reading, Settings, Verdict,
+};
 use super::error::DiagnoseError;
 use super::left::Left;
 use super::limits::limits;
 use super::model::Model;
-use super::next_poke::next_poke;
+use super::next_poke::{Standing, next_poke};
 use super::parameters::parameters;
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend};
-use super::select::{Selection, select};
+use super::select::{Selection, Tried, select};
 use super::undecided::undecided;
 use super::verdict::{Judged, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
@@ -90,7 +92,7 @@ fn diagnosed(
         candidates: candidates(&model, &selection, &judged),
         baseline,
         extended: extension,
-        next_poke: next(&model, &selection, &judged),
+        next_poke: next(&model, &selection, &judged, settings.choice),
         curves: curves(&model, &selection.base, extended),
         remarks: judged.remarks.clone(),
         verdict: judged.verdict,
@@ -134,23 +136,32 @@ const HARDLY: f64 = 0.3;
 /// Gain of a step that ends a refit here: far less than the elements leave open.
 const CLOSE_ENOUGH: f64 = 0.3;
 
-/// The poke that tells the reading chosen from what comes closest, while that is not settled.
-fn next(model: &Model<'_>, selection: &Selection, judged: &Judged) -> Option<NextPoke> {
-    let chosen = selection.chosen.map(|i| &selection.tried[i])?;
-    if judged.verdict.ambiguous_with.is_empty()
-        && !judged.verdict.unexplained
-        && judged.verdict.confidence > SURE
-    {
+/// The poke that tells the reading chosen, or what comes closest to one, from those that come closest to it, while that is
+/// not settled.
+fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, choice: Choice) -> Option<NextPoke> {
+    let Verdict { ambiguous_with, unexplained, confidence, .. } = &judged.verdict;
+    if ambiguous_with.is_empty() && !unexplained && *confidence >= SURE {
         return None;
     }
-    let closest = selection
-        .tried
-        .iter()
-        .filter(|t| t.physics != chosen.physics)
-        .min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
-    let other = closest.map_or((&[][..], &selection.base), |t| (&t.physics[..], &t.fitted));
-    next_poke(model, (&chosen.physics, &chosen.fitted), other)
+    let mut tried: Vec<&Tried> = selection.tried.iter().collect();
+    tried.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+    let best = selection.chosen.map(|i| &selection.tried[i]).or(tried.first().copied())?;
+    // What contains the best reading predicts as it does.
+    let contains_best = |t: &&Tried| best.physics.iter().all(|p| t.physics.contains(p));
+    let mut rivals: Vec<Standing<'_>> = Vec::new();
+    for rival in tried.into_iter().filter(|t| !contains_best(t)) {
+        if rivals.len() < RIVALS && rivals.iter().all(|(physics, _)| *physics != rival.physics) {
+            rivals.push((&rival.physics, &rival.fitted));
+        }
+    }
+    if best.physics.len() == 1 {
+        rivals.push((&[], &selection.base));
+    }
+    next_poke(model, (&best.physics, &best.fitted), &rivals, choice)
 }
+
+/// So many of the readings that come closest are to be told from the best.
+const RIVALS: usize = 2;
 
 /// Confidence beyond which no further poke is asked for.
 const SURE: f64 = 0.95;

@@ -87,7 +87,7 @@ fn misplaced(physics: Physics) -> Option<[f64; 2]> {
 const LEAST_SHARE: f64 = 0.02;
 
 /// Entries whose laws are not linear.
-const LARGE: [Physics; 4] =
+pub(super) const LARGE: [Physics; 4] =
     [Physics::FiniteStrain, Physics::StrainStiffening, Physics::StressSoftening, Physics::SelfWeight];
 
 /// A patch whose absence costs less than this was never there.

@@ -7,5 +7,6 @@
 mod recording;
 
 pub use recording::{
-    Contact, Gravity, MarkerRow, Markers, Noise, Phantom, Poke, Recording, Stage, Tip, TipShape, Wrench,
+    Contact, Gravity, MarkerRow, Markers, Noise, Phantom, PlannedPoke, Poke, Recording, Stage, Tip, TipShape,
+    Wrench,
 };

@@ -114,6 +114,30 @@ pub struct Poke {
     pub end_s: f64,
 }
 
+/// A poke to be made: the stage goes on at a constant rate, stays, and comes back at the same rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlannedPoke {
+    /// Tip centre on the undeformed surface (m).
+    pub site: Vec3,
+    /// Unit vector into the phantom.
+    pub direction: Vec3,
+    /// Radius of the tip (m).
+    pub radius_m: f64,
+    /// Largest displacement of the stage (m).
+    pub depth_m: f64,
+    /// Speed of the stage (m/s).
+    pub rate_m_s: f64,
+    /// How long the largest displacement is held (s).
+    pub hold_s: f64,
+}
+
+impl PlannedPoke {
+    /// Time from the first to the last instant of contact (s).
+    pub fn contact_s(&self) -> f64 {
+        2.0 * self.depth_m / self.rate_m_s + self.hold_s
+    }
+}
+
 /// Displacement of the tip from the site of the poke in progress, as the stage reports it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stage {

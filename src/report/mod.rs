@@ -15,7 +15,9 @@ mod tables;
 mod vtk;
 mod words;
 
-pub use diagnosis::{conclusion, diagnosis_json, diagnosis_page, evidence, is_sure, write_diagnosis};
+pub use diagnosis::{
+    conclusion, diagnosis_json, diagnosis_page, evidence, is_sure, write_diagnosis, write_pokes,
+};
 pub use document::to_json;
 pub use error::ReportError;
 pub use experiment::{experiment_text, write_experiment};

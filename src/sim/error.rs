@@ -80,6 +80,18 @@ pub enum SimError {
         /// How many there are.
         count: usize,
     },
+    /// A poke at a place that is on no side of the block, or steeper than 45° to it.
+    #[error(
+        "a poke at {site_m:?} m along {direction:?} enters no side of the block of {size_m:?} m within 45° of its normal"
+    )]
+    OffSide {
+        /// Where (m).
+        site_m: [f64; 3],
+        /// Unit vector of the poke.
+        direction: [f64; 3],
+        /// The block (m).
+        size_m: [f64; 3],
+    },
     /// A session was to be recorded on a phantom that was made from another plan.
     #[error("session {session} is to be recorded on another phantom than its own")]
     OtherPhantom {

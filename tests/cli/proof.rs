@@ -1,6 +1,9 @@
 //! `conceal` and `prove`: two draws from sealed answers to a scorecard, and every way in which a proof must fail.
 
 use super::{names, run, utf8};
+use phantom_rig::dataset::read_bundle;
+use phantom_rig::geometry::Vec3;
+use phantom_rig::observation::{Poke, Recording};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -147,4 +150,58 @@ fn a_folder_without_draws_proves_nothing() {
         let (code, _, _) = run(&[&["conceal", "--seed", "1", "--out", "x"][..], arguments].concat());
         assert_eq!(code, 2, "{arguments:?}");
     }
+}
+
+/// The bench goes on with a session: what was recorded before is recorded again, at known and at new places.
+#[test]
+fn a_bench_goes_on_with_a_session() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let proof = place.path().join("proof");
+    assert_eq!(conceal(&proof, "1").0, 0);
+    let read = |bundle: &Path| read_bundle(bundle).expect("a bundle").0;
+    let before = read(&proof.join("recordings/draw-0001"));
+    let table = place.path().join("pokes.csv");
+    let write = |pokes: &[(Vec3, Vec3)]| {
+        let mut text =
+            "poke,site_x_m,site_y_m,site_z_m,dir_x,dir_y,dir_z,radius_m,depth_m,rate_m_s,hold_s\n".to_owned();
+        for (site, d) in pokes {
+            text +=
+                &format!("9,{},{},{},{},{},{},0.008,0.002,0.002,1\n", site.x, site.y, site.z, d.x, d.y, d.z);
+        }
+        fs::write(&table, text).expect("written");
+    };
+    let longer = place.path().join("longer");
+    let bench =
+        |draw: &str| run(&["bench", utf8(&proof), draw, "--pokes", utf8(&table), "--out", utf8(&longer)]);
+
+    let known = before.pokes.iter().find(|p| p.direction.z < -0.9).expect("a poke on top");
+    let new = Vec3::new(known.site.x + 1e-3, known.site.y - 1e-3, known.site.z);
+    write(&[(known.site, -Vec3::z()), (new, Vec3::new(0.0, 0.6, -0.8))]);
+    let (code, _, stderr) = bench("draw-0001");
+    assert_eq!(code, 0, "{stderr}");
+    let after = read(&longer);
+    assert_eq!(after.pokes[..7], before.pokes[..]);
+    assert_eq!((after.pokes.len(), after.pokes[8].site, after.mesh == before.mesh), (9, new, true));
+    let rows = before.wrench.time_s.len();
+    assert_eq!(after.wrench.force_n[..rows], before.wrench.force_n[..]);
+    // At the last instant of the one the tip hides markers of the next poke.
+    let last = before.markers.frame_time_s.len() as u32 - 1;
+    let until =
+        |r: &Recording| r.markers.rows.iter().take_while(|row| row.frame < last).copied().collect::<Vec<_>>();
+    assert!(until(&before).len() > 1000);
+    assert_eq!(until(&after), until(&before));
+    let pressed = |poke: &Poke| {
+        let held = after.wrench.time_s.iter().zip(&after.wrench.force_n);
+        held.filter(|(t, _)| (poke.start_s..poke.end_s).contains(t)).map(|(_, f)| -f[2]).fold(0.0, f64::max)
+    };
+    for poke in &after.pokes[7..] {
+        assert!(pressed(poke) > 0.3 * pressed(known), "poke {} is felt", poke.number);
+    }
+
+    write(&[(Vec3::new(0.0, 0.0, 1.0), -Vec3::z())]);
+    let (code, _, stderr) = bench("draw-0001");
+    assert!(code == 1 && stderr.contains("enters no side"), "{code}: {stderr}");
+    let (code, _, stderr) = bench("draw-0002");
+    assert!(code == 1 && stderr.contains("draw-0002"), "{code}: {stderr}");
+    assert_eq!(read(&longer), after, "what was there is still there");
 }

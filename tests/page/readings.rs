@@ -8,6 +8,7 @@ use phantom_rig::diagnose::{
     Reading, Region, Verdict,
 };
 use phantom_rig::geometry::Vec3;
+use phantom_rig::observation::PlannedPoke;
 use phantom_rig::observation::Recording;
 
 fn parameter(id: &'static str, value: f64, sd: f64, list: bool) -> Parameter {
@@ -120,11 +121,14 @@ pub(crate) fn set(recording: &Recording) -> Diagnosis {
     diagnosis.next_poke = Some(NextPoke {
         why: "A debonded base opens under a pull; an inclusion does not.".to_owned(),
         separates: vec![Physics::Inclusion, Physics::BaseDebonding],
-        site_m: Vec3::new(0.05, 0.05, 0.025),
-        direction: -Vec3::z(),
-        depth_m: 0.003,
-        rate_m_s: 0.002,
-        hold_s: 2.0,
+        poke: PlannedPoke {
+            site: Vec3::new(0.05, 0.05, 0.025),
+            direction: -Vec3::z(),
+            radius_m: 0.008,
+            depth_m: 0.003,
+            rate_m_s: 0.002,
+            hold_s: 2.0,
+        },
     });
     diagnosis
 }

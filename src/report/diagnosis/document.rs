@@ -181,11 +181,11 @@ impl<'a> NextPokeEntry<'a> {
         Self {
             why: &poke.why,
             separates: ids(&poke.separates),
-            site_m: components(&poke.site_m),
-            direction: components(&poke.direction),
-            depth_m: poke.depth_m,
-            rate_m_s: poke.rate_m_s,
-            hold_s: poke.hold_s,
+            site_m: components(&poke.poke.site),
+            direction: components(&poke.poke.direction),
+            depth_m: poke.poke.depth_m,
+            rate_m_s: poke.poke.rate_m_s,
+            hold_s: poke.poke.hold_s,
         }
     }
 }

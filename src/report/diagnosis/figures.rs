@@ -75,13 +75,13 @@ pub(super) fn cannot_tell(diagnosis: &Diagnosis) -> String {
 }
 
 /// The next poke in figures and with its reason.
-pub(super) fn next_poke(poke: Option<&NextPoke>) -> String {
-    let Some(poke) = poke else {
+pub(super) fn next_poke(next: Option<&NextPoke>) -> String {
+    let Some(NextPoke { why, separates, poke }) = next else {
         return "<p>No further poke is proposed.</p>".to_owned();
     };
-    let [x, y, z] = <[f64; 3]>::from(poke.site_m).map(|c| 1e3 * c);
+    let [x, y, z] = <[f64; 3]>::from(poke.site).map(|c| 1e3 * c);
     let [dx, dy, dz] = <[f64; 3]>::from(poke.direction).map(|c| signed(c, 3));
-    let separates: Vec<&str> = poke.separates.iter().map(|p| p.id()).collect();
+    let separates: Vec<&str> = separates.iter().map(|p| p.id()).collect();
     let rows = [
         ["Site".to_owned(), format!("({x:.1}, {y:.1}, {z:.1}) mm")],
         ["Direction".to_owned(), format!("({dx}, {dy}, {dz})")],
@@ -90,7 +90,7 @@ pub(super) fn next_poke(poke: Option<&NextPoke>) -> String {
         ["Held".to_owned(), format!("{:.1} s", poke.hold_s)],
         ["Separates".to_owned(), if separates.is_empty() { ABSENT.to_owned() } else { separates.join(", ") }],
     ];
-    let why = escape(&poke.why);
+    let why = escape(why);
     format!(
         "<p>{why}</p>{}<p class=\"note\">As a row of a protocol: <code>next-poke.csv</code> beside this page.</p>",
         table(&["Next poke", "Value"], rows.iter().map(|r| r.as_slice()))

@@ -1,8 +1,8 @@
 //! Which files a diagnosis leaves behind.
 
 use super::document::DiagnosisDocument;
-use super::next_poke::write_next_poke;
 use super::page::diagnosis_page;
+use super::protocol::write_pokes;
 use crate::diagnose::Diagnosis;
 use crate::observation::Recording;
 use crate::report::ReportError;
@@ -38,7 +38,7 @@ pub fn write_diagnosis(
     ];
     if let Some(poke) = &diagnosis.next_poke {
         let path = folder.join("next-poke.csv");
-        write_next_poke(&path, poke, recording)?;
+        write_pokes(&path, &[poke.poke], recording)?;
         written.push(path);
     }
     Ok(written)

@@ -9,12 +9,13 @@ mod document;
 mod figures;
 mod folder;
 mod names;
-mod next_poke;
 mod page;
+mod protocol;
 mod scene;
 mod sentence;
 
 pub use document::diagnosis_json;
 pub use folder::write_diagnosis;
 pub use page::diagnosis_page;
+pub use protocol::write_pokes;
 pub use sentence::{conclusion, evidence, is_sure};

@@ -58,7 +58,6 @@ const SAME_SITE_M: f64 = 5e-4;
 impl PlaceScene {
     pub(super) fn new(diagnosis: &Diagnosis, recording: &Recording) -> Result<Self, MeshError> {
         let skin = Skin::new(&recording.mesh)?;
-        let radius_m = recording.pokes.last().map_or(0.005, |p| p.radius_m);
         let (balls, discs) = places(&diagnosis.parameters, &skin);
         Ok(Self {
             nodes_mm: millimetres(skin.nodes.iter()),
@@ -69,8 +68,8 @@ impl PlaceScene {
                 .map(|r| ball("where the misfit sits".to_owned(), r.centroid_m, r.radius_m)),
             balls,
             discs,
-            next: diagnosis.next_poke.as_ref().map(|poke| NextScene {
-                disc: skin.disc(&poke.site_m, radius_m, Some(-poke.direction)),
+            next: diagnosis.next_poke.as_ref().map(|next| &next.poke).map(|poke| NextScene {
+                disc: skin.disc(&poke.site, poke.radius_m, Some(-poke.direction)),
                 direction: poke.direction.into(),
             }),
             arrow_mm: rounded(120.0 * skin.diagonal(), 10.0),

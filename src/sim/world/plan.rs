@@ -1,10 +1,16 @@
 //! What a session consists of: which phantom, what holds it, how it is poked, what watches it and what acts besides.
 
 use super::effect::Effect;
-use super::phantom::PhantomPlan;
+use super::phantom::{PhantomPlan, Site};
+use crate::geometry::Vec3;
+use crate::observation::PlannedPoke;
 use crate::sim::SimError;
 use crate::sim::draw::{Instruments, PokePlan};
 use crate::sim::timeline::Timeline;
+use std::f64::consts::FRAC_1_SQRT_2;
+
+/// Places closer than this are one (m).
+const SAME_PLACE_M: f64 = 1e-6;
 
 /// Everything that determines a recording; equal worlds make recordings equal to the last bit.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,6 +73,50 @@ pub struct Press {
 }
 
 impl World {
+    /// Adds a poke after the others. A place that the phantom does not have yet becomes one of its sites, which changes the
+    /// phantom's plan but nothing that sessions on it recorded before.
+    ///
+    /// # Errors
+    /// [`SimError::OffSide`] for a place that is on no side of the phantom, and a direction more than 45° off its normal.
+    pub fn press(&mut self, poke: &PlannedPoke) -> Result<(), SimError> {
+        let site = self.site_of(poke)?;
+        self.pokes.push(Press {
+            site,
+            direction: poke.direction.into(),
+            depth_m: poke.depth_m,
+            rate_m_s: poke.rate_m_s,
+            hold_s: poke.hold_s,
+        });
+        Ok(())
+    }
+
+    /// Index of the site at a poke's place, a new one where there is none.
+    fn site_of(&mut self, poke: &PlannedPoke) -> Result<usize, SimError> {
+        let size = self.phantom.slab.size_m;
+        let sides = (0..3).flat_map(|axis| [(axis, 0.0, 1.0), (axis, size[axis], -1.0)]);
+        let inwards = sides.filter_map(|(axis, at, inward)| {
+            let mut normal = Vec3::zeros();
+            normal[axis] = inward;
+            ((poke.site[axis] - at).abs() < SAME_PLACE_M).then_some(normal)
+        });
+        let along = |normal: &Vec3| normal.dot(&poke.direction);
+        let inward = inwards.max_by(|a, b| along(a).total_cmp(&along(b)));
+        let inward = inward.filter(|normal| along(normal) >= FRAC_1_SQRT_2).ok_or(SimError::OffSide {
+            site_m: poke.site.into(),
+            direction: poke.direction.into(),
+            size_m: size,
+        })?;
+        let sites = &mut self.phantom.sites;
+        let there = |site: &Site| {
+            (Vec3::from(site.centre_m) - poke.site).norm() < SAME_PLACE_M
+                && (site.radius_m - poke.radius_m).abs() < SAME_PLACE_M
+        };
+        Ok(sites.iter().position(there).unwrap_or_else(|| {
+            sites.push(Site { centre_m: poke.site.into(), inward: inward.into(), radius_m: poke.radius_m });
+            sites.len() - 1
+        }))
+    }
+
     /// When which poke happens; refuses what does not exist on the phantom.
     pub(super) fn timeline(&self) -> Result<Timeline, SimError> {
         let sites = &self.phantom.sites;

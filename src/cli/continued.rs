@@ -1,0 +1,345 @@
+//! `diagnose --continue`: a bench makes the poke that tells most, until a reading stands alone.
+//!
+//! The bench is a command in a process of its own: `COMMAND --pokes CSV --out BUNDLE` makes all pokes of the table after those
+//! of the recording and writes the whole session. The diagnosis sees nothing but the bundle.
+
+use super::{StagedFolder, UsageError};
+use crate::dataset::read_bundle;
+use crate::diagnose::{Diagnosis, Verdict};
+use crate::observation::{PlannedPoke, Recording};
+use crate::report::write_pokes;
+use anyhow::{Context as _, bail};
+use clap::Args;
+use serde::Serialize;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// How a diagnosis goes on.
+#[derive(Debug, Args)]
+pub(super) struct ContinueArguments {
+    /// Have a bench make the next poke, and go on until a reading stands alone; COMMAND is run with --pokes CSV --out BUNDLE
+    #[arg(long = "continue", value_name = "COMMAND", conflicts_with = "print_only")]
+    command: Option<String>,
+    /// Confidence at which a reading that stands alone is enough
+    #[arg(long, value_name = "SHARE", default_value_t = 0.95, requires = "command")]
+    confidence: f64,
+    /// Bench time that the pokes may take
+    #[arg(long, value_name = "S", default_value_t = 300.0, requires = "command")]
+    budget_s: f64,
+    /// Choose the pokes at random from this seed: to compare with
+    #[arg(long, value_name = "SEED", requires = "command")]
+    pub(super) random_pokes: Option<u64>,
+}
+
+/// What was known after so many pokes.
+#[derive(Debug, Serialize)]
+pub(super) struct Step {
+    /// Pokes added.
+    pokes: usize,
+    /// Bench time that they took (s).
+    bench_s: f64,
+    physics: Vec<&'static str>,
+    ambiguous_with: Vec<&'static str>,
+    unexplained: bool,
+    confidence: f64,
+}
+
+/// Why no further poke is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum Stopped {
+    StandsAlone,
+    BudgetSpent,
+    NothingTellsMore,
+}
+
+/// How it went, for programs.
+#[derive(Debug, Serialize)]
+pub(super) struct Continued {
+    steps: Vec<Step>,
+    stopped: Stopped,
+}
+
+impl ContinueArguments {
+    /// Refuses figures that make no sense.
+    pub(super) fn check(&self) -> Result<(), UsageError> {
+        if !(self.confidence > 0.0 && self.confidence < 1.0) {
+            let what = format!("--confidence must lie between 0 and 1, got {}", self.confidence);
+            return Err(UsageError(what));
+        }
+        if !(self.budget_s >= 0.0 && self.budget_s.is_finite()) {
+            return Err(UsageError(format!("--budget-s must be 0 or more, got {}", self.budget_s)));
+        }
+        Ok(())
+    }
+
+    /// Goes on from a diagnosis, if that was asked for: `diagnose` diagnoses each longer recording. Recordings are kept in
+    /// `DIR-session` beside the results at `destination`.
+    pub(super) fn go_on(
+        &self,
+        destination: &Path,
+        force: bool,
+        recording: &mut Recording,
+        diagnosis: &mut Diagnosis,
+        tell: &dyn Fn(&str),
+        diagnose: impl FnMut(&Recording) -> anyhow::Result<Diagnosis>,
+    ) -> anyhow::Result<Option<Continued>> {
+        let Some(command) = &self.command else { return Ok(None) };
+        let session = session_folder(destination);
+        StagedFolder::new(&session, force)?.finish()?;
+        let first = recording.clone();
+        let ask = |planned: &[PlannedPoke]| {
+            tell(&format!("asking the bench for poke {}", first.pokes.len() + planned.len()));
+            let table = session.join("pokes.csv");
+            write_pokes(&table, planned, &first)?;
+            let bundle = session.join(format!("{:02}", planned.len()));
+            run(command, &table, &bundle)?;
+            Ok(read_bundle(&bundle)?.0)
+        };
+        let continued = self.rounds(recording, diagnosis, ask, diagnose)?;
+        diagnosis.remarks.push(continued.to_string());
+        Ok(Some(continued))
+    }
+
+    /// Asks for one poke after another; `ask` is given all of them and returns the whole session.
+    fn rounds(
+        &self,
+        recording: &mut Recording,
+        diagnosis: &mut Diagnosis,
+        mut ask: impl FnMut(&[PlannedPoke]) -> anyhow::Result<Recording>,
+        mut diagnose: impl FnMut(&Recording) -> anyhow::Result<Diagnosis>,
+    ) -> anyhow::Result<Continued> {
+        let mut planned: Vec<PlannedPoke> = Vec::new();
+        let mut bench_s = 0.0;
+        let mut steps = vec![Step::of(&diagnosis.verdict, 0, 0.0)];
+        let stopped = loop {
+            if self.is_enough(&diagnosis.verdict) {
+                break Stopped::StandsAlone;
+            }
+            let Some(next) = &diagnosis.next_poke else { break Stopped::NothingTellsMore };
+            if bench_s + next.poke.contact_s() > self.budget_s {
+                break Stopped::BudgetSpent;
+            }
+            planned.push(next.poke);
+            let longer = ask(&planned)?;
+            goes_on(recording, &longer).context("what the bench wrote is no continuation")?;
+            bench_s += end_s(&longer) - end_s(recording);
+            *recording = longer;
+            *diagnosis = diagnose(recording)?;
+            steps.push(Step::of(&diagnosis.verdict, planned.len(), bench_s));
+        };
+        Ok(Continued { steps, stopped })
+    }
+
+    fn is_enough(&self, verdict: &Verdict) -> bool {
+        verdict.ambiguous_with.is_empty() && !verdict.unexplained && verdict.confidence >= self.confidence
+    }
+}
+
+impl fmt::Display for Continued {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (pokes, bench_s) = self.steps.last().map_or((0, 0.0), |last| (last.pokes, last.bench_s));
+        let sure: Vec<String> = self.steps.iter().map(|s| format!("{:.0} %", 100.0 * s.confidence)).collect();
+        write!(
+            f,
+            "{pokes} pokes were added in {bench_s:.0} s of bench time; confidence {}",
+            sure.join(", ")
+        )?;
+        f.write_str(match self.stopped {
+            Stopped::StandsAlone => "",
+            Stopped::BudgetSpent => "; the budget is spent",
+            Stopped::NothingTellsMore => "; no poke would tell more",
+        })
+    }
+}
+
+impl Step {
+    fn of(verdict: &Verdict, pokes: usize, bench_s: f64) -> Self {
+        Self {
+            pokes,
+            bench_s,
+            physics: verdict.physics.iter().map(|p| p.id()).collect(),
+            ambiguous_with: verdict.ambiguous_with.iter().map(|p| p.id()).collect(),
+            unexplained: verdict.unexplained,
+            confidence: verdict.confidence,
+        }
+    }
+}
+
+/// `DIR-session`.
+fn session_folder(destination: &Path) -> PathBuf {
+    let mut name = destination.components().as_path().as_os_str().to_owned();
+    name.push("-session");
+    PathBuf::from(name)
+}
+
+/// When the last poke of a recording ends (s).
+fn end_s(recording: &Recording) -> f64 {
+    recording.pokes.last().map_or(0.0, |p| p.end_s)
+}
+
+/// Has the bench make the pokes of a table.
+fn run(command: &str, pokes: &Path, bundle: &Path) -> anyhow::Result<()> {
+    let output = Command::new("sh")
+        .args(["-c", &format!("{command} \"$@\""), "sh", "--pokes"])
+        .arg(pokes)
+        .arg("--out")
+        .arg(bundle)
+        .stdin(Stdio::null())
+        .output()
+        .context("can't start the bench's command")?;
+    if !output.status.success() {
+        let told = String::from_utf8_lossy(&output.stderr);
+        bail!("the bench's command ended with {}: {}", output.status, told.trim());
+    }
+    Ok(())
+}
+
+/// Refuses a recording that does not begin as the one before did and have more pokes.
+fn goes_on(before: &Recording, longer: &Recording) -> anyhow::Result<()> {
+    let known = before.pokes.len();
+    if longer.pokes.len() <= known {
+        bail!("it has {} pokes; expected more than the {known} before", longer.pokes.len());
+    }
+    if longer.pokes[..known] != before.pokes[..] {
+        bail!("its first {known} pokes are not those of the recording before");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::{Estimate, Mismatch, NextPoke, Physics, Reading};
+    use crate::geometry::Vec3;
+    use crate::mesh::TetMesh;
+    use crate::observation::{Contact, Markers, Noise, Phantom, Poke, Tip, TipShape, Wrench};
+
+    /// Pokes of 4 s each with pauses of 1 s, and nothing else.
+    fn recording(pokes: u32) -> Recording {
+        let poke = |number: u32| Poke {
+            number,
+            site: Vec3::zeros(),
+            direction: Vec3::z(),
+            radius_m: 0.008,
+            start_s: 5.0 * f64::from(number),
+            end_s: 5.0 * f64::from(number) + 4.0,
+        };
+        Recording {
+            name: String::new(),
+            rest_until_s: 1.0,
+            phantom: Phantom {
+                poisson_ratio: 0.47,
+                density_kg_m3: 1e3,
+                modulus_range_pa: [5e3, 2e4],
+                gravity: None,
+            },
+            tip: Tip { contact: Contact::Bonded, shape: TipShape::Pad },
+            noise: Noise { force_n: [1.0; 3], torque_nm: [1.0; 3], marker_m: [1.0; 3], stage_m: [1.0; 3] },
+            max_standoff_m: 0.01,
+            mesh: TetMesh::default(),
+            pokes: (1..=pokes).map(poke).collect(),
+            stage: None,
+            wrench: Wrench::default(),
+            markers: Markers::default(),
+        }
+    }
+
+    /// Backlash, so surely, with a next poke of 4 s where one is wanted.
+    fn diagnosis(confidence: f64, more: bool) -> Diagnosis {
+        let reading = Reading {
+            young_modulus_pa: Estimate { value: 1e4, sd: 1.0 },
+            restraint_total_n_per_m: 0.0,
+            chi2_per_dof: 1.0,
+            held_out_chi2_per_dof: 1.0,
+        };
+        let poke = PlannedPoke {
+            site: Vec3::zeros(),
+            direction: Vec3::z(),
+            radius_m: 0.008,
+            depth_m: 1e-3,
+            rate_m_s: 1e-3,
+            hold_s: 2.0,
+        };
+        let why = String::new();
+        Diagnosis {
+            recording: String::new(),
+            mismatch: Mismatch {
+                detected: true,
+                p_value: 0.0,
+                channels: Vec::new(),
+                pokes: Vec::new(),
+                phases: Vec::new(),
+                region: None,
+                properties: Vec::new(),
+            },
+            verdict: Verdict {
+                physics: vec![Physics::StageBacklash],
+                unexplained: false,
+                confidence,
+                ambiguous_with: Vec::new(),
+            },
+            parameters: Vec::new(),
+            candidates: Vec::new(),
+            baseline: reading,
+            extended: reading,
+            next_poke: more.then_some(NextPoke { why, separates: Vec::new(), poke }),
+            curves: Vec::new(),
+            remarks: Vec::new(),
+        }
+    }
+
+    fn until(confidence: f64, budget_s: f64) -> ContinueArguments {
+        ContinueArguments { command: Some("a bench".to_owned()), confidence, budget_s, random_pokes: None }
+    }
+
+    /// Each poke makes it surer by a tenth, from six tenths with two pokes on; after five no poke tells more.
+    fn went(arguments: &ContinueArguments) -> (usize, Continued) {
+        let known = |pokes: usize| diagnosis(0.4 + 0.1 * pokes as f64, pokes < 5);
+        let (mut at, mut said) = (recording(2), known(2));
+        let ask = |planned: &[PlannedPoke]| Ok(recording(2 + planned.len() as u32));
+        let went = arguments.rounds(&mut at, &mut said, ask, |r| Ok(known(r.pokes.len())));
+        (at.pokes.len(), went.expect("a session"))
+    }
+
+    #[test]
+    fn pokes_are_added_until_one_reading_stands_the_budget_is_spent_or_nothing_tells_more() {
+        let (pokes, sure) = went(&until(0.75, 100.0));
+        assert_eq!((pokes, sure.stopped, sure.steps.len()), (4, Stopped::StandsAlone, 3));
+        assert_eq!((sure.steps[2].pokes, sure.steps[2].bench_s), (2, 10.0));
+        let (pokes, spent) = went(&until(0.75, 8.0));
+        assert_eq!((pokes, spent.stopped), (3, Stopped::BudgetSpent));
+        let (pokes, stuck) = went(&until(0.97, 100.0));
+        assert_eq!((pokes, stuck.stopped), (5, Stopped::NothingTellsMore));
+        assert!(stuck.to_string().contains("3 pokes were added in 15 s"), "{stuck}");
+    }
+
+    #[test]
+    fn a_recording_that_is_no_continuation_is_refused() {
+        let mut other = recording(3);
+        other.pokes[0].end_s += 0.5;
+        for (wrong, words) in [(recording(2), "expected more"), (other, "its first 2 pokes")] {
+            let ask = |_: &[PlannedPoke]| Ok(wrong.clone());
+            let refused = until(0.9, 100.0)
+                .rounds(&mut recording(2), &mut diagnosis(0.6, true), ask, |_| Ok(diagnosis(0.6, true)));
+            let error = format!("{:#}", refused.expect_err("no continuation"));
+            assert!(error.contains(words), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_the_bench_says_when_it_fails_is_told() {
+        let error = run("echo no >&2; exit 4;", Path::new("p"), Path::new("b")).expect_err("it fails");
+        assert!(error.to_string().contains("no"), "{error}");
+        let words = r#"sh -c 'test "$0 $1 $2 $3" = "--pokes p --out b"'"#;
+        run(words, Path::new("p"), Path::new("b")).expect("four words");
+    }
+
+    #[test]
+    fn the_session_lies_beside_the_results() {
+        for out in ["results/01", "results/01/"] {
+            assert_eq!(session_folder(Path::new(out)), Path::new("results/01-session"));
+        }
+    }
+}
