@@ -12,8 +12,9 @@ use std::path::PathBuf;
 
 /// Goes on with the session of a concealed draw: the pokes of its recording, then more.
 ///
-/// Writes a bundle that repeats the draw's recording to the last bit up to its last instant, at which the next poke begins. Needs the key, because what the draw conceals
-/// acts on: whoever asks for the pokes is told nothing but the bundle. Takes some twenty seconds of processor time.
+/// Writes a bundle that repeats the draw's recording up to its last instant, at which the next poke begins: to the last bit
+/// where only places are poked that the phantom has, those of the recording among them. Needs the key, because what the draw
+/// conceals acts on: whoever asks for the pokes is told nothing but the bundle. Takes some twenty seconds of processor time.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig bench proofs/20261 draw-0004 --pokes next-poke.csv --out recordings/draw-0004-more

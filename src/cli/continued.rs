@@ -6,6 +6,7 @@
 use super::{StagedFolder, UsageError};
 use crate::dataset::read_bundle;
 use crate::diagnose::{Diagnosis, Verdict};
+use crate::geometry::Vec3;
 use crate::observation::{PlannedPoke, Recording};
 use crate::report::write_pokes;
 use anyhow::{Context as _, bail};
@@ -23,7 +24,7 @@ pub(super) struct ContinueArguments {
     command: Option<String>,
     /// Confidence at which a reading that stands alone is enough
     #[arg(long, value_name = "SHARE", default_value_t = 0.95, requires = "command")]
-    confidence: f64,
+    pub(super) confidence: f64,
     /// Bench time that the pokes may take
     #[arg(long, value_name = "S", default_value_t = 300.0, requires = "command")]
     budget_s: f64,
@@ -52,6 +53,7 @@ enum Stopped {
     StandsAlone,
     BudgetSpent,
     NothingTellsMore,
+    Failed,
 }
 
 /// How it went, for programs.
@@ -59,13 +61,43 @@ enum Stopped {
 pub(super) struct Continued {
     steps: Vec<Step>,
     stopped: Stopped,
+    /// Why, where something failed; what was found before it stands.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    failure: Option<String>,
 }
 
+impl Continued {
+    /// Whether something failed on the way.
+    pub(super) fn failed(&self) -> bool {
+        self.stopped == Stopped::Failed
+    }
+}
+
+/// No verdict is surer than this.
+const SUREST: f64 = 0.99;
+
 impl ContinueArguments {
+    /// Refuses a folder for the session's recordings that holds something, unless it may be replaced.
+    pub(super) fn check_folder(&self, destination: &Path, force: bool) -> Result<(), UsageError> {
+        let session = session_folder(destination);
+        let taken = || session.read_dir().is_ok_and(|mut entries| entries.next().is_some());
+        if self.command.is_some() && !force && taken() {
+            let what = format!(
+                "{} holds recordings already; choose another place for the results or pass --force",
+                session.display()
+            );
+            return Err(UsageError(what));
+        }
+        Ok(())
+    }
+
     /// Refuses figures that make no sense.
     pub(super) fn check(&self) -> Result<(), UsageError> {
-        if !(self.confidence > 0.0 && self.confidence < 1.0) {
-            let what = format!("--confidence must lie between 0 and 1, got {}", self.confidence);
+        if !(self.confidence > 0.0 && self.confidence <= SUREST) {
+            let what = format!(
+                "--confidence must lie between 0 and {SUREST}, the most that a verdict reaches, got {}",
+                self.confidence
+            );
             return Err(UsageError(what));
         }
         if !(self.budget_s >= 0.0 && self.budget_s.is_finite()) {
@@ -79,7 +111,6 @@ impl ContinueArguments {
     pub(super) fn go_on(
         &self,
         destination: &Path,
-        force: bool,
         recording: &mut Recording,
         diagnosis: &mut Diagnosis,
         tell: &dyn Fn(&str),
@@ -87,9 +118,11 @@ impl ContinueArguments {
     ) -> anyhow::Result<Option<Continued>> {
         let Some(command) = &self.command else { return Ok(None) };
         let session = session_folder(destination);
-        StagedFolder::new(&session, force)?.finish()?;
         let first = recording.clone();
         let ask = |planned: &[PlannedPoke]| {
+            if let [_] = planned {
+                StagedFolder::new(&session, true)?.finish()?;
+            }
             tell(&format!("asking the bench for poke {}", first.pokes.len() + planned.len()));
             let table = session.join("pokes.csv");
             write_pokes(&table, planned, &first)?;
@@ -97,7 +130,7 @@ impl ContinueArguments {
             run(command, &table, &bundle)?;
             Ok(read_bundle(&bundle)?.0)
         };
-        let continued = self.rounds(recording, diagnosis, ask, diagnose)?;
+        let continued = self.rounds(recording, diagnosis, ask, diagnose);
         diagnosis.remarks.push(continued.to_string());
         Ok(Some(continued))
     }
@@ -109,27 +142,38 @@ impl ContinueArguments {
         diagnosis: &mut Diagnosis,
         mut ask: impl FnMut(&[PlannedPoke]) -> anyhow::Result<Recording>,
         mut diagnose: impl FnMut(&Recording) -> anyhow::Result<Diagnosis>,
-    ) -> anyhow::Result<Continued> {
+    ) -> Continued {
         let mut planned: Vec<PlannedPoke> = Vec::new();
         let mut bench_s = 0.0;
         let mut steps = vec![Step::of(&diagnosis.verdict, 0, 0.0)];
+        let mut failure = None;
         let stopped = loop {
             if self.is_enough(&diagnosis.verdict) {
                 break Stopped::StandsAlone;
             }
             let Some(next) = &diagnosis.next_poke else { break Stopped::NothingTellsMore };
-            if bench_s + next.poke.contact_s() > self.budget_s {
+            if bench_s + pause_s(recording) + next.poke.contact_s() > self.budget_s {
                 break Stopped::BudgetSpent;
             }
             planned.push(next.poke);
-            let longer = ask(&planned)?;
-            goes_on(recording, &longer).context("what the bench wrote is no continuation")?;
-            bench_s += end_s(&longer) - end_s(recording);
-            *recording = longer;
-            *diagnosis = diagnose(recording)?;
-            steps.push(Step::of(&diagnosis.verdict, planned.len(), bench_s));
+            let made = ask(&planned).and_then(|longer| {
+                goes_on(recording, &longer, &next.poke).context("what the bench wrote is no continuation")?;
+                let diagnosis = diagnose(&longer)?;
+                Ok((longer, diagnosis))
+            });
+            match made {
+                Ok((longer, found)) => {
+                    bench_s += end_s(&longer) - end_s(recording);
+                    (*recording, *diagnosis) = (longer, found);
+                    steps.push(Step::of(&diagnosis.verdict, planned.len(), bench_s));
+                }
+                Err(error) => {
+                    failure = Some(format!("{error:#}"));
+                    break Stopped::Failed;
+                }
+            }
         };
-        Ok(Continued { steps, stopped })
+        Continued { steps, stopped, failure }
     }
 
     fn is_enough(&self, verdict: &Verdict) -> bool {
@@ -141,16 +185,14 @@ impl fmt::Display for Continued {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (pokes, bench_s) = self.steps.last().map_or((0, 0.0), |last| (last.pokes, last.bench_s));
         let sure: Vec<String> = self.steps.iter().map(|s| format!("{:.0} %", 100.0 * s.confidence)).collect();
-        write!(
-            f,
-            "{pokes} pokes were added in {bench_s:.0} s of bench time; confidence {}",
-            sure.join(", ")
-        )?;
+        write!(f, "pokes added: {pokes}, in {bench_s:.0} s of bench time; confidence {}", sure.join(", "))?;
         f.write_str(match self.stopped {
             Stopped::StandsAlone => "",
             Stopped::BudgetSpent => "; the budget is spent",
-            Stopped::NothingTellsMore => "; no poke would tell more",
-        })
+            Stopped::NothingTellsMore => "; no poke is known that would tell more",
+            Stopped::Failed => "; then this failed: ",
+        })?;
+        f.write_str(self.failure.as_deref().unwrap_or_default())
     }
 }
 
@@ -196,23 +238,38 @@ fn run(command: &str, pokes: &Path, bundle: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Refuses a recording that does not begin as the one before did and have more pokes.
-fn goes_on(before: &Recording, longer: &Recording) -> anyhow::Result<()> {
+/// The longest pause between the pokes of a recording (s).
+fn pause_s(recording: &Recording) -> f64 {
+    recording.pokes.windows(2).map(|p| p[1].start_s - p[0].end_s).fold(0.0, f64::max)
+}
+
+/// Refuses a recording that is not the one before with this poke more.
+fn goes_on(before: &Recording, longer: &Recording, asked: &PlannedPoke) -> anyhow::Result<()> {
     let known = before.pokes.len();
-    if longer.pokes.len() <= known {
-        bail!("it has {} pokes; expected more than the {known} before", longer.pokes.len());
-    }
-    if longer.pokes[..known] != before.pokes[..] {
+    let Some((last, others)) = longer.pokes.split_last().filter(|(_, others)| others.len() == known) else {
+        bail!("it has {} pokes; expected the {known} before and one more", longer.pokes.len());
+    };
+    if others != before.pokes {
         bail!("its first {known} pokes are not those of the recording before");
+    }
+    let off = |a: Vec3, b: Vec3, within: f64| (a - b).norm() > within;
+    if off(last.site, asked.site, SAME_PLACE_M) || off(last.direction, asked.direction, SAME_DIRECTION) {
+        bail!("its last poke is at {:?} m along {:?}, not the one asked for", last.site, last.direction);
+    }
+    if longer.mesh != before.mesh || longer.phantom != before.phantom || longer.tip != before.tip {
+        bail!("its phantom or its tip is not that of the recording before");
     }
     Ok(())
 }
+
+/// A poke is the one asked for within this (m, and of a unit vector).
+const SAME_PLACE_M: f64 = 1e-4;
+const SAME_DIRECTION: f64 = 0.02;
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::diagnose::{Estimate, Mismatch, NextPoke, Physics, Reading};
-    use crate::geometry::Vec3;
     use crate::mesh::TetMesh;
     use crate::observation::{Contact, Markers, Noise, Phantom, Poke, Tip, TipShape, Wrench};
 
@@ -300,7 +357,7 @@ mod tests {
         let (mut at, mut said) = (recording(2), known(2));
         let ask = |planned: &[PlannedPoke]| Ok(recording(2 + planned.len() as u32));
         let went = arguments.rounds(&mut at, &mut said, ask, |r| Ok(known(r.pokes.len())));
-        (at.pokes.len(), went.expect("a session"))
+        (at.pokes.len(), went)
     }
 
     #[test]
@@ -308,30 +365,36 @@ mod tests {
         let (pokes, sure) = went(&until(0.75, 100.0));
         assert_eq!((pokes, sure.stopped, sure.steps.len()), (4, Stopped::StandsAlone, 3));
         assert_eq!((sure.steps[2].pokes, sure.steps[2].bench_s), (2, 10.0));
-        let (pokes, spent) = went(&until(0.75, 8.0));
+        let (pokes, spent) = went(&until(0.75, 9.0));
         assert_eq!((pokes, spent.stopped), (3, Stopped::BudgetSpent));
         let (pokes, stuck) = went(&until(0.97, 100.0));
         assert_eq!((pokes, stuck.stopped), (5, Stopped::NothingTellsMore));
-        assert!(stuck.to_string().contains("3 pokes were added in 15 s"), "{stuck}");
+        assert!(stuck.to_string().contains("pokes added: 3, in 15 s"), "{stuck}");
     }
 
     #[test]
     fn a_recording_that_is_no_continuation_is_refused() {
         let mut other = recording(3);
         other.pokes[0].end_s += 0.5;
-        for (wrong, words) in [(recording(2), "expected more"), (other, "its first 2 pokes")] {
+        let mut elsewhere = recording(3);
+        elsewhere.pokes[2].site.x += 0.01;
+        for (wrong, words) in [
+            (recording(2), "it has 2 pokes"),
+            (other, "its first 2 pokes"),
+            (elsewhere, "not the one asked for"),
+        ] {
             let ask = |_: &[PlannedPoke]| Ok(wrong.clone());
             let refused = until(0.9, 100.0)
                 .rounds(&mut recording(2), &mut diagnosis(0.6, true), ask, |_| Ok(diagnosis(0.6, true)));
-            let error = format!("{:#}", refused.expect_err("no continuation"));
-            assert!(error.contains(words), "{error}");
+            assert!(refused.failed() && refused.steps.len() == 1);
+            assert!(refused.to_string().contains(words), "{refused}");
         }
     }
 
     #[test]
     fn what_the_bench_says_when_it_fails_is_told() {
-        let error = run("echo no >&2; exit 4;", Path::new("p"), Path::new("b")).expect_err("it fails");
-        assert!(error.to_string().contains("no"), "{error}");
+        let error = run("echo jammed >&2; exit 4;", Path::new("p"), Path::new("b")).expect_err("it fails");
+        assert!(error.to_string().contains("jammed"), "{error}");
         let words = r#"sh -c 'test "$0 $1 $2 $3" = "--pokes p --out b"'"#;
         run(words, Path::new("p"), Path::new("b")).expect("four words");
     }

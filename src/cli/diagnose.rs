@@ -1,6 +1,6 @@
 //! `diagnose`: a bundle → what the model left out, and a folder with a page, `diagnosis.json` and the next poke.
 
-use super::continued::ContinueArguments;
+use super::continued::{ContinueArguments, Continued};
 use super::{Context, Exit, Outcome, StagedFolder, UsageError, fit};
 use crate::dataset::read_bundle;
 use crate::diagnose::{Choice, Progress, Settings, diagnose};
@@ -56,6 +56,7 @@ pub(super) fn run(arguments: &DiagnoseArguments, context: &Context) -> anyhow::R
     let settings = Settings {
         fit: inverse::Settings { quick: arguments.quick, ..inverse::Settings::default() },
         false_alarm: share,
+        enough: arguments.further.confidence,
         choice: arguments.further.random_pokes.map_or(Choice::Telling, Choice::Random),
     };
     arguments.further.check()?;
@@ -66,20 +67,24 @@ pub(super) fn run(arguments: &DiagnoseArguments, context: &Context) -> anyhow::R
         true => None,
         false => Some(StagedFolder::new(&destination, arguments.force)?),
     };
+    let further = &arguments.further;
+    further.check_folder(&destination, arguments.force)?;
     let made =
         |recording: &Recording| Ok(diagnose(recording, &settings, &mut |stage| spinner.label(&said(stage)))?);
     let mut diagnosis = made(&recording)?;
     let tell = |text: &str| spinner.label(text);
-    let further = &arguments.further;
-    let continued =
-        further.go_on(&destination, arguments.force, &mut recording, &mut diagnosis, &tell, made)?;
+    let continued = further.go_on(&destination, &mut recording, &mut diagnosis, &tell, made)?;
+    let failed = continued.as_ref().is_some_and(Continued::failed);
     diagnosis.remarks.extend(suspicions.iter().map(ToString::to_string));
     let made_with = json!({
         "bundle": arguments.bundle.display().to_string(),
         "quick": arguments.quick,
         "false_alarm": share,
     });
-    let made_with = made_with.as_object().cloned().unwrap_or_default();
+    let mut made_with = made_with.as_object().cloned().unwrap_or_default();
+    if let Some(continued) = continued {
+        made_with.insert("continued".to_owned(), serde_json::to_value(continued)?);
+    }
     let mut text = format!("{}.\n{}", conclusion(&diagnosis), evidence(&diagnosis));
     for remark in &diagnosis.remarks {
         text.push_str(&format!("\n- {remark}"));
@@ -94,11 +99,12 @@ pub(super) fn run(arguments: &DiagnoseArguments, context: &Context) -> anyhow::R
         text.push_str(&format!("\nPage: {}", destination.join("diagnosis.html").display()));
     }
     drop(spinner);
-    let mut json = diagnosis_json(&diagnosis, &made_with)?;
-    if let (Some(continued), Some(keys)) = (continued, json.as_object_mut()) {
-        keys.insert("continued".to_owned(), serde_json::to_value(continued)?);
-    }
-    Ok(Outcome { exit: if is_sure(&diagnosis) { Exit::Good } else { Exit::Degraded }, text, json })
+    let good = is_sure(&diagnosis) && !failed;
+    Ok(Outcome {
+        exit: if good { Exit::Good } else { Exit::Degraded },
+        text,
+        json: diagnosis_json(&diagnosis, &made_with)?,
+    })
 }
 
 fn said(stage: Progress) -> String {

@@ -70,7 +70,7 @@ mod tests {
         assert_eq!((pokes[0].site.y, pokes[0].direction.z, pokes[0].contact_s()), (0.06, -1.0, 5.5));
         for (row, words) in [
             ("", "no poke; expected"),
-            ("8,0.05,0.06,0.025,0,0,-2,0.008,60,70,0.003,0.002,2.5\n", "unit"),
+            ("8,0.05,0.06,0.025,0,0,-2,0.008,60,70,0.003,0.002,2.5\n", "has length 2"),
             ("8,0.05,0.06,0.025,0,0,-1,0.008,60,70,0,0.002,2.5\n", "depth_m is 0; expected more than 0"),
             ("8,0.05,0.06,0.025,0,0,-1,0.008,60,70,0.003,-1,2.5\n", "rate_m_s is -1; expected more than 0"),
             ("8,0.05,0.06,0.025,0,0,-1,0.008,60,70,0.003,0.002,-1\n", "hold_s is -1; expected 0 or more"),

@@ -189,6 +189,8 @@ pub struct Settings {
     pub fit: crate::inverse::Settings,
     /// Share of recordings without anything left out in which a mismatch may be called.
     pub false_alarm: f64,
+    /// Confidence of a reading that stands alone at which no further poke is looked for.
+    pub enough: f64,
     /// How the next poke is chosen.
     pub choice: Choice,
 }
@@ -204,7 +206,12 @@ pub enum Choice {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { fit: crate::inverse::Settings::default(), false_alarm: 0.02, choice: Choice::Telling }
+        Self {
+            fit: crate::inverse::Settings::default(),
+            false_alarm: 0.02,
+            enough: 0.95,
+            choice: Choice::Telling,
+        }
     }
 }
 

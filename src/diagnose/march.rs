@@ -68,7 +68,8 @@ pub(super) fn march(
     let mut play = Play::default();
     let mut out = March { force: Vec::new(), loads: Vec::new(), depth: Vec::new() };
     let none = Depth { now: Dual::from(0.0), deepest: Dual::from(0.0) };
-    let mut deepest = vec![none.now; body.sites];
+    let before_m = |site: usize| timeline.deepest_m.get(site).copied().unwrap_or(0.0);
+    let mut deepest: Vec<Dual> = (0..body.sites).map(|site| Dual::from(before_m(site))).collect();
     let mut before_s = timeline.rows.first().map_or(0.0, |row| row.time_s) - FIRST_STEP_S;
     // Without a clock in any law a row's answer is in proportion to the path of the tip.
     let ages = effects.drying_per_s.re != 0.0 || effects.drying_per_s.eps.0.is_some();

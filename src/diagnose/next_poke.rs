@@ -114,7 +114,7 @@ impl super::plans::Imagined {
         };
         let rows = less(forces(own, rival), &forces(truth, right));
         sums.add(&rows, 0, share(own, 0), model.correlation.force / self.rows_each, true);
-        for frame in &track.frames {
+        for frame in track.frames.iter().filter(|f| track.counts_at(f.time_s)) {
             let markers = |marched: &Marched<'_>, fit: &Fitted| {
                 model.marker_rows(track, frame, marched, fit.at[share(marched, 1)])
             };

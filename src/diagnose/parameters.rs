@@ -21,9 +21,6 @@ pub(super) fn parameters(
             let mut parameters: Vec<Parameter> = Vec::new();
             for (i, knob) in fitted.acting.knobs.iter().enumerate().filter(|(_, k)| k.physics() == physics) {
                 let at = model.base() + i;
-                if model.frozen(&fitted.acting, at) {
-                    continue;
-                }
                 let sd = covariance.map_or(f64::NAN, |c| c[(at, at)].max(0.0).sqrt());
                 let sd = sd.hypot(by_elements(*knob, fitted.at[at]));
                 let estimate = said(model, fitted, *knob, fitted.at[at], sd);

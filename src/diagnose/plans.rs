@@ -6,7 +6,7 @@
 use super::model::Model;
 use super::refit::Fitted;
 use super::select::LARGE;
-use super::track::{Frame, Row, Timeline, Touch, Track};
+use super::track::{Frame, LEAST_DEPTH, Row, Timeline, Touch, Track};
 use crate::geometry::{Vec3, basis_from_axis};
 use crate::observation::PlannedPoke;
 
@@ -14,6 +14,9 @@ use crate::observation::PlannedPoke;
 const DEPTHS: [f64; 2] = [0.5, 1.0];
 const RATES_M_S: [f64; 2] = [1e-3, 6e-3];
 const HOLDS_S: [f64; 2] = [0.5, 10.0];
+
+/// Directions are the same within this.
+const SAME_DIRECTION: f64 = 1e-6;
 
 /// How far a slanted poke leans from the surface's normal.
 const SLANT: f64 = std::f64::consts::FRAC_PI_6;
@@ -74,7 +77,10 @@ pub(super) fn plans<'a>(model: &Model<'_>, readings: impl Iterator<Item = &'a Fi
     let mut slanted: Vec<usize> = Vec::new();
     for track in first_of_each_place(model) {
         let Track { site, direction, inward, .. } = model.tracks[track];
-        let here = model.tracks.iter().filter(|t| t.site == site);
+        // The curves of a law that is not linear reach as deep as their own direction went.
+        let known =
+            |t: &&Track| t.site == site && (linear || (t.direction - direction).norm() < SAME_DIRECTION);
+        let here = model.tracks.iter().filter(known);
         let deepest = here.flat_map(|t| &t.depth_m).copied().fold(0.0, f64::max);
         for depth in DEPTHS {
             for rate_m_s in RATES_M_S {
@@ -104,7 +110,7 @@ fn first_of_each_place(model: &Model<'_>) -> Vec<usize> {
     for track in &model.tracks {
         let same = |&i: &usize| {
             let first = &model.tracks[i];
-            first.site == track.site && (first.direction - track.direction).norm() < 1e-6
+            first.site == track.site && (first.direction - track.direction).norm() < SAME_DIRECTION
         };
         if !firsts.iter().any(same) {
             firsts.push(track.index);
@@ -134,7 +140,11 @@ pub(super) fn imagined(model: &Model<'_>, plan: &Plan) -> Imagined {
         let touch = Touch { site: like.site, direction: plan.direction, inward: like.inward, reported_m };
         Row { time_s: start + t, contact: Some(touch), first: i == 0 }
     });
-    let timeline = Timeline { rows: rows.collect() };
+    let deepest = |site: usize| {
+        let there = model.tracks.iter().filter(|t| t.site == site).flat_map(|t| &t.depth_m);
+        there.copied().fold(0.0, f64::max)
+    };
+    let timeline = Timeline { rows: rows.collect(), deepest_m: (0..model.body.sites).map(deepest).collect() };
     let evidence = model.settled.evidence;
     let tip = &evidence.sites[like.site];
     let in_view = |m: &usize| (evidence.rest[*m].0 - tip.centre).norm() > tip.radius_m;
@@ -152,7 +162,7 @@ pub(super) fn imagined(model: &Model<'_>, plan: &Plan) -> Imagined {
         time_s: times.iter().map(|t| start + t).collect(),
         force_n: vec![Vec3::zeros(); times.len()],
         depth_m: times.iter().map(|&t| plan.depth_at(t)).collect(),
-        counts: vec![true; times.len()],
+        counts: times.iter().map(|&t| plan.depth_at(t) >= LEAST_DEPTH * plan.depth_m).collect(),
         direction: plan.direction,
         reported_m,
         frames,

@@ -10,7 +10,7 @@
 use super::bulk::Lab;
 use super::curves::curves;
 use super::diagnosis::{
-    Candidate, Choice, Diagnosis, Estimate, Mismatch, NextPoke, Progress, Reading, Settings, Verdict,
+    Candidate, Diagnosis, Estimate, Mismatch, NextPoke, Progress, Reading, Settings, Verdict,
 };
 use super::error::DiagnoseError;
 use super::left::Left;
@@ -22,7 +22,7 @@ use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend};
 use super::select::{Selection, Tried, select};
 use super::undecided::undecided;
-use super::verdict::{Judged, judge};
+use super::verdict::{Judged, judge, others};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
 
@@ -92,7 +92,7 @@ fn diagnosed(
         candidates: candidates(&model, &selection, &judged),
         baseline,
         extended: extension,
-        next_poke: next(&model, &selection, &judged, settings.choice),
+        next_poke: next(&model, &selection, &judged, settings),
         curves: curves(&model, &selection.base, extended),
         remarks: judged.remarks.clone(),
         verdict: judged.verdict,
@@ -138,33 +138,33 @@ const CLOSE_ENOUGH: f64 = 0.3;
 
 /// The poke that tells the reading chosen, or what comes closest to one, from those that come closest to it, while that is
 /// not settled.
-fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, choice: Choice) -> Option<NextPoke> {
+fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Settings) -> Option<NextPoke> {
     let Verdict { ambiguous_with, unexplained, confidence, .. } = &judged.verdict;
-    if ambiguous_with.is_empty() && !unexplained && *confidence >= SURE {
+    if ambiguous_with.is_empty() && !unexplained && *confidence >= settings.enough {
         return None;
     }
-    let mut tried: Vec<&Tried> = selection.tried.iter().collect();
-    tried.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
-    let best = selection.chosen.map(|i| &selection.tried[i]).or(tried.first().copied())?;
-    // What contains the best reading predicts as it does.
-    let contains_best = |t: &&Tried| best.physics.iter().all(|p| t.physics.contains(p));
+    let closest = || selection.tried.iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+    let best = selection.chosen.map(|i| &selection.tried[i]).or_else(closest)?;
     let mut rivals: Vec<Standing<'_>> = Vec::new();
-    for rival in tried.into_iter().filter(|t| !contains_best(t)) {
+    for rival in others(selection, best) {
         if rivals.len() < RIVALS && rivals.iter().all(|(physics, _)| *physics != rival.physics) {
             rivals.push((&rival.physics, &rival.fitted));
         }
     }
-    if best.physics.len() == 1 {
-        rivals.push((&[], &selection.base));
+    // What is left of it without one of its effects.
+    let part = |t: &&Tried| {
+        t.physics.len() + 1 == best.physics.len() && t.physics.iter().all(|p| best.physics.contains(p))
+    };
+    let parts = selection.tried.iter().filter(part);
+    match parts.min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost)) {
+        Some(part) => rivals.push((&part.physics, &part.fitted)),
+        None => rivals.push((&[], &selection.base)),
     }
-    next_poke(model, (&best.physics, &best.fitted), &rivals, choice)
+    next_poke(model, (&best.physics, &best.fitted), &rivals, settings.choice)
 }
 
 /// So many of the readings that come closest are to be told from the best.
 const RIVALS: usize = 2;
-
-/// Confidence beyond which no further poke is asked for.
-const SURE: f64 = 0.95;
 
 fn left(model: &Model<'_>, fitted: &Fitted) -> Result<Left, DiagnoseError> {
     Left::of(model, &fitted.acting, &fitted.at).ok_or(DiagnoseError::Singular)

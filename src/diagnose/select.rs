@@ -156,8 +156,16 @@ fn without_its_last(model: &Model<'_>, current: &Fitted, tried: &Tried) -> Optio
     descend(model, &acting, at, effort).filter(|better| better.cost < effort.hopeless)
 }
 
+/// The lowest sum of squares among contenders refitted so far.
+#[derive(Debug, Clone, Copy)]
+struct Beaten {
+    cost: f64,
+    /// Whether it is enough for what reached it: nothing else need reach its own then to count as a rival.
+    believed: bool,
+}
+
 /// Refits contenders: first those that leave the body as it is, of either kind the most promising first. They go on while
-/// they might gain `enough` and come close to the best so far.
+/// they might come close to the best so far, or, while that is not to be believed itself, gain `enough`.
 fn contend(
     model: &Model<'_>,
     current: &Fitted,
@@ -166,14 +174,17 @@ fn contend(
     enough: &(impl Fn(Physics) -> f64 + Sync),
 ) -> Vec<Tried> {
     let hopeless = |to_beat: f64| to_beat + 2.0 * alike(current.cost - to_beat);
-    let refit = |starts: &[&Screened], beaten_by: Option<f64>| -> Option<Tried> {
+    let refit = |starts: &[&Screened], beaten_by: Option<Beaten>| -> Option<Tried> {
         let added = starts.first()?.start.physics;
         let mut best: Option<Fitted> = None;
         for screened in starts {
             let (mut acting, at) = extended(model, current, &screened.start.knobs);
             acting.fine |= LARGE.contains(&added);
-            let to_beat = best.iter().map(|b| b.cost).chain(beaten_by).fold(f64::INFINITY, f64::min);
-            let hopeless = hopeless(to_beat).min(current.cost - enough(added));
+            let own = best.as_ref().map_or(f64::INFINITY, |b| b.cost);
+            let hopeless = match beaten_by {
+                Some(Beaten { cost, believed: true }) => hopeless(own.min(cost)),
+                _ => hopeless(own).min(current.cost - enough(added)),
+            };
             let effort = Effort { at_rest: CONTENDED, optimism: FROM_FAR, hopeless, ..IN_FULL };
             let Some(fitted) = descend(model, &acting, at, effort) else { continue };
             if best.as_ref().is_none_or(|b| fitted.cost < b.cost) {
@@ -190,13 +201,17 @@ fn contend(
     let (dear, cheap): (Vec<_>, Vec<_>) = contenders.iter().partition(dear);
     let mut tried: Vec<Tried> = Vec::new();
     for contenders in [cheap, dear] {
-        let lowest = |tried: &[Tried]| tried.iter().map(|t| t.fitted.cost).min_by(f64::total_cmp);
+        let lowest = |tried: &[Tried]| {
+            let lowest = tried.iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost))?;
+            let (cost, added) = (lowest.fitted.cost, lowest.physics.last()?);
+            Some(Beaten { cost, believed: current.cost - cost >= enough(*added) })
+        };
         let beaten_by = lowest(&tried);
         // Laws that are not linear are dear before their first step: those that a look puts far behind are left out.
         let far_behind = |starts: &Vec<&Screened>| {
             let Screened { start, gain } = starts[0];
             let looked = current.cost - FROM_LOOK * gain;
-            LARGE.contains(&start.physics) && beaten_by.is_some_and(|to_beat| looked > hopeless(to_beat))
+            LARGE.contains(&start.physics) && beaten_by.is_some_and(|to_beat| looked > hopeless(to_beat.cost))
         };
         let contenders: Vec<&Vec<&Screened>> = contenders.into_iter().filter(|c| !far_behind(c)).collect();
         let Some((first, others)) = contenders.split_first() else { continue };

@@ -39,6 +39,8 @@ pub(super) struct Track {
 #[derive(Debug, Clone)]
 pub(super) struct Timeline {
     pub rows: Vec<Row>,
+    /// How deep the tip went at every site before (m); empty: nowhere.
+    pub deepest_m: Vec<f64>,
 }
 
 /// One row of the timeline.
@@ -86,7 +88,7 @@ pub(super) fn timeline(recording: &Recording, tracks: &mut [Track]) -> Timeline 
         }
         done_s = end;
     }
-    Timeline { rows }
+    Timeline { rows, deepest_m: Vec::new() }
 }
 
 /// One frame of the camera.
@@ -100,7 +102,7 @@ pub(super) struct Frame {
 
 /// A fit goes by the rows beyond this share of the poke's depth. How contact begins and ends, which no model here
 /// describes, shows in the others.
-const LEAST_DEPTH: f64 = 0.05;
+pub(super) const LEAST_DEPTH: f64 = 0.05;
 
 impl Track {
     /// Whether a fit goes by what is seen at this time (s).

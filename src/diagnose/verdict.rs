@@ -141,7 +141,7 @@ pub(super) fn beyond_noise(left: &Left) -> (f64, f64) {
 
 /// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first. Stiffening
 /// contains large strain.
-fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tried> {
+pub(super) fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tried> {
     let within = |p: &Physics, a: &[Physics]| {
         a.contains(p) || *p == Physics::FiniteStrain && a.contains(&Physics::StrainStiffening)
     };

@@ -73,8 +73,8 @@ pub struct Press {
 }
 
 impl World {
-    /// Adds a poke after the others. A place that the phantom does not have yet becomes one of its sites, which changes the
-    /// phantom's plan but nothing that sessions on it recorded before.
+    /// Adds a poke after the others. A place that the phantom does not have yet becomes one of its sites: sessions recorded on it
+    /// before come out alike but for what the bench's own resolution gains there.
     ///
     /// # Errors
     /// [`SimError::OffSide`] for a place that is on no side of the phantom, and a direction more than 45° off its normal.
