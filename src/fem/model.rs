@@ -14,6 +14,7 @@ use crate::geometry::{Mat3, Vec3};
 use crate::mesh::TetMesh;
 use crate::sparse::Factor;
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Nodal values for a force along each axis, `[3 n + i]`.
 type ByAxis = [Vec<f64>; 3];
@@ -25,7 +26,12 @@ pub struct Model {
     held: Vec<bool>,
     skeleton: Skeleton,
     factor: Factor,
+    /// Between free and held components, worked out when first needed.
+    coupling: OnceLock<Vec<Coupled>>,
 }
+
+/// A free component, a held one, and the stiffness between them.
+type Coupled = (u32, u32, f64);
 
 /// Displacement of the whole body under a unit force at one spot, for a unit modulus.
 #[derive(Debug, Clone)]
@@ -52,7 +58,7 @@ impl Model {
         let skeleton = Skeleton::new(&space, &held)?;
         let stiffness = skeleton.assembled(&space, |cell| cell_stiffness(&space, cell, poisson_ratio));
         let factor = skeleton.factor(&space, &stiffness, &[], &[], &[])?;
-        Ok(Self { space, poisson_ratio, held, skeleton, factor })
+        Ok(Self { space, poisson_ratio, held, skeleton, factor, coupling: OnceLock::new() })
     }
 
     /// The elements.
@@ -181,25 +187,44 @@ impl Model {
         if prescribed.iter().all(Option::is_none) {
             return;
         }
+        let coupling = self.coupling.get_or_init(|| self.coupled());
+        forces.par_iter_mut().zip(prescribed).for_each(|(force, prescribed)| {
+            let Some(prescribed) = prescribed else { return };
+            for &(free, held, k) in coupling {
+                force[free as usize] -= k * prescribed[held as usize];
+            }
+        });
+    }
+
+    /// The stiffness between free and held components.
+    fn coupled(&self) -> Vec<Coupled> {
         let touching: Vec<u32> = (0..self.space.cells().len() as u32)
             .filter(|&cell| self.space.cell(cell).iter().any(|&n| self.held[n as usize]))
             .collect();
-        let stiffness: Vec<Vec<f64>> =
-            touching.par_iter().map(|&cell| cell_stiffness(&self.space, cell, self.poisson_ratio)).collect();
         let side = 3 * self.space.order().cell_nodes();
-        forces.par_iter_mut().zip(prescribed).for_each(|(force, prescribed)| {
-            let Some(prescribed) = prescribed else { return };
-            for (&cell, k) in touching.iter().zip(&stiffness) {
-                let parts: Vec<usize> = components(self.space.cell(cell)).collect();
-                for (b, &from) in parts.iter().enumerate() {
-                    if self.skeleton.unknown[from] == HELD && prescribed[from] != 0.0 {
-                        for (a, &to) in parts.iter().enumerate() {
-                            force[to] -= k[a * side + b] * prescribed[from];
-                        }
-                    }
+        let of_cell = |&cell: &u32| {
+            let stiffness = cell_stiffness(&self.space, cell, self.poisson_ratio);
+            let parts: Vec<usize> = components(self.space.cell(cell)).collect();
+            let is_held = |component: usize| self.skeleton.unknown[component] == HELD;
+            let mut own: Vec<Coupled> = Vec::new();
+            for (a, &free) in parts.iter().enumerate().filter(|(_, c)| !is_held(**c)) {
+                for (b, &held) in parts.iter().enumerate().filter(|(_, c)| is_held(**c)) {
+                    own.push((free as u32, held as u32, stiffness[a * side + b]));
                 }
             }
+            own
+        };
+        let of_cells: Vec<Vec<Coupled>> = touching.par_iter().map(of_cell).collect();
+        let mut all: Vec<Coupled> = of_cells.into_iter().flatten().collect();
+        all.sort_by_key(|&(free, held, _)| (free, held));
+        all.dedup_by(|next, sum| {
+            let same = (next.0, next.1) == (sum.0, sum.1);
+            if same {
+                sum.2 += next.2;
+            }
+            same
         });
+        all
     }
 }
 
