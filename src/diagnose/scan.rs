@@ -302,3 +302,45 @@ fn sites(model: &Model<'_>, fitted: &Fitted, marched: &super::model::Marched) ->
     }
     sites
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec3;
+
+    /// Sums over rows by hand: two rows of the sensor and three frames of one marker at one site.
+    #[test]
+    fn the_scalar_product_is_the_sum_over_rows() {
+        let force = Matrix3::new(1.0, 0.2, -0.3, 0.5, 2.0, 0.1, -0.7, 0.4, 3.0);
+        let marker = Matrix3::new(0.3, -0.1, 0.2, 0.05, 0.6, -0.4, 0.15, 0.25, 0.9);
+        let map = |scale: f64| {
+            let markers = DMatrix::from_column_slice(3, 3, (marker * scale).as_slice());
+            Maps(vec![(force.transpose() * scale, markers)])
+        };
+        let (a, b) = (map(1.0), map(-0.5));
+        let rows = [Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.0, -1.0, 4.0)];
+        let frames = [Vec3::new(2.0, 0.0, 1.0), Vec3::new(-1.0, 1.0, 1.0), Vec3::new(0.5, 0.2, 0.1)];
+        let left = Vec3::new(0.3, -0.2, 0.7);
+        let weight = ([1.0, 2.0, 3.0], vec![4.0, 5.0, 6.0]);
+        let outer = |of: &[Vec3]| of.iter().map(|x| x * x.transpose()).sum::<Matrix3<f64>>();
+        let crossed = |of: &[Vec3]| of.iter().map(|x| left * x.transpose()).sum::<Matrix3<f64>>();
+        let cross = DMatrix::from_column_slice(3, 3, crossed(&frames).as_slice());
+        let site = Site { drive: [outer(&rows), outer(&frames)], cross: (crossed(&rows), cross) };
+        let sums = Sums { sites: vec![site], weight: weight.clone() };
+
+        let read = |maps: &Maps| -> Vec<(f64, f64)> {
+            let (force, markers) = &maps.0[0];
+            let mut all = Vec::new();
+            for axis in 0..3 {
+                all.extend(rows.iter().map(|x| (weight.0[axis], (force.row(axis) * x)[0])));
+                all.extend(frames.iter().map(|x| (weight.1[axis], markers.row(axis).transpose().dot(x))));
+            }
+            all
+        };
+        let product: f64 = read(&a).iter().zip(read(&b)).map(|((w, x), (_, y))| w * x * y).sum();
+        assert!((sums.weighed(&a).dot(&b.vector()) - product).abs() < 1e-12 * product.abs());
+        let per_axis = rows.len() + frames.len();
+        let pulled: f64 = read(&a).iter().enumerate().map(|(i, (w, x))| w * x * left[i / per_axis]).sum();
+        assert!((sums.residual().dot(&a.vector()) - pulled).abs() < 1e-12 * pulled.abs());
+    }
+}

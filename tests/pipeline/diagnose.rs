@@ -106,8 +106,12 @@ fn loose_glue_is_found_in_a_third_party_recording() {
         println!("skipped: no data ({})", bundle.display());
         return;
     }
-    let diagnosis = quickly(&read_bundle(&bundle).expect("a sound recording").0);
+    let recording = read_bundle(&bundle).expect("a sound recording").0;
+    let diagnosis = quickly(&recording);
     assert_eq!(diagnosis.verdict.physics, [Physics::BaseDebonding]);
+    let next = diagnosis.next_poke.as_ref().expect("glue let go is seldom sure");
+    assert!(next.separates.contains(&Physics::BaseDebonding) && next.separates.len() > 1, "{next:?}");
+    assert!(recording.pokes.iter().any(|p| (p.site - next.poke.site).norm() < 1e-9), "{next:?}");
     let centre = ["centre_x_m", "centre_y_m"].map(|id| parameter(&diagnosis, Physics::BaseDebonding, id));
     let off_m = (centre[0] - 0.036).hypot(centre[1] - 0.05);
     assert!(off_m < 0.008, "{off_m}");
