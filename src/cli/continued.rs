@@ -5,7 +5,7 @@
 
 use super::{StagedFolder, UsageError};
 use crate::dataset::read_bundle;
-use crate::diagnose::{Diagnosis, Verdict};
+use crate::diagnose::{Diagnosis, MOST_SURE, Verdict};
 use crate::geometry::Vec3;
 use crate::observation::{PlannedPoke, Recording};
 use crate::report::write_pokes;
@@ -73,9 +73,6 @@ impl Continued {
     }
 }
 
-/// No verdict is surer than this.
-const SUREST: f64 = 0.99;
-
 impl ContinueArguments {
     /// Refuses a folder for the session's recordings that holds something, unless it may be replaced.
     pub(super) fn check_folder(&self, destination: &Path, force: bool) -> Result<(), UsageError> {
@@ -93,9 +90,9 @@ impl ContinueArguments {
 
     /// Refuses figures that make no sense.
     pub(super) fn check(&self) -> Result<(), UsageError> {
-        if !(self.confidence > 0.0 && self.confidence <= SUREST) {
+        if !(self.confidence > 0.0 && self.confidence <= MOST_SURE) {
             let what = format!(
-                "--confidence must lie between 0 and {SUREST}, the most that a verdict reaches, got {}",
+                "--confidence must lie between 0 and {MOST_SURE}, the most that a verdict reaches, got {}",
                 self.confidence
             );
             return Err(UsageError(what));

@@ -9,7 +9,7 @@
 //! | 1 | failed: nothing was written |
 //! | 2 | usage: what was typed makes no sense |
 //! | 3 | finished, but degraded: something is suspicious, lost, not converged or ambiguous |
-//! | 130 | interrupted (Ctrl-C): nothing was written |
+//! | 130 | interrupted (Ctrl-C): nothing was written but what a bench had recorded until then |
 //!
 //! # A new subcommand
 //! One file: its `clap::Args` with help and examples, and `run(&arguments, &Context) -> anyhow::Result<Outcome>`.

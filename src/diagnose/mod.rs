@@ -61,3 +61,4 @@ pub use dual::Field;
 pub use error::DiagnoseError;
 pub use physics::Physics;
 pub use run::diagnose;
+pub use verdict::MOST_SURE;

@@ -63,7 +63,7 @@ pub(super) fn next_poke(
             plan.bench_s()
         ),
         separates,
-        poke: plan.poke(model),
+        poke: plan.poke,
     })
 }
 

@@ -33,38 +33,20 @@ const FRAMES: usize = 24;
 pub(super) struct Plan {
     /// Index of a track at the same place.
     track: usize,
-    direction: Vec3,
-    depth_m: f64,
-    rate_m_s: f64,
-    hold_s: f64,
+    /// As it is asked for.
+    pub poke: PlannedPoke,
 }
 
 impl Plan {
-    /// As it is asked for.
-    pub(super) fn poke(&self, model: &Model<'_>) -> PlannedPoke {
-        let site = &model.settled.evidence.sites[model.tracks[self.track].site];
-        PlannedPoke {
-            site: site.centre,
-            direction: self.direction,
-            radius_m: site.radius_m,
-            depth_m: self.depth_m,
-            rate_m_s: self.rate_m_s,
-            hold_s: self.hold_s,
-        }
-    }
-
-    fn contact_s(&self) -> f64 {
-        2.0 * self.depth_m / self.rate_m_s + self.hold_s
-    }
-
     /// What it takes of the bench's time (s).
     pub(super) fn bench_s(&self) -> f64 {
-        self.contact_s() + REST_S
+        self.poke.contact_s() + REST_S
     }
 
     /// Depth at a time since contact (m).
     fn depth_at(&self, t: f64) -> f64 {
-        (t * self.rate_m_s).min(self.depth_m).min((self.contact_s() - t) * self.rate_m_s).max(0.0)
+        let PlannedPoke { rate_m_s, depth_m, .. } = self.poke;
+        (t * rate_m_s).min(depth_m).min((self.poke.contact_s() - t) * rate_m_s).max(0.0)
     }
 }
 
@@ -82,10 +64,22 @@ pub(super) fn plans<'a>(model: &Model<'_>, readings: impl Iterator<Item = &'a Fi
             |t: &&Track| t.site == site && (linear || (t.direction - direction).norm() < SAME_DIRECTION);
         let here = model.tracks.iter().filter(known);
         let deepest = here.flat_map(|t| &t.depth_m).copied().fold(0.0, f64::max);
+        let tip = &model.settled.evidence.sites[site];
+        let mut add = |direction, depth_m, rate_m_s, hold_s| {
+            let poke = PlannedPoke {
+                site: tip.centre,
+                direction,
+                radius_m: tip.radius_m,
+                depth_m,
+                rate_m_s,
+                hold_s,
+            };
+            plans.push(Plan { track, poke });
+        };
         for depth in DEPTHS {
             for rate_m_s in RATES_M_S {
                 for hold_s in HOLDS_S {
-                    plans.push(Plan { track, direction, depth_m: depth * deepest, rate_m_s, hold_s });
+                    add(direction, depth * deepest, rate_m_s, hold_s);
                 }
             }
         }
@@ -97,7 +91,7 @@ pub(super) fn plans<'a>(model: &Model<'_>, readings: impl Iterator<Item = &'a Fi
         for aside in [0, 1].map(|axis| basis.column(axis).into_owned()).into_iter().flat_map(|t| [t, -t]) {
             let direction = inward * SLANT.cos() + aside * SLANT.sin();
             for rate_m_s in RATES_M_S {
-                plans.push(Plan { track, direction, depth_m: deepest, rate_m_s, hold_s: HOLDS_S[0] });
+                add(direction, deepest, rate_m_s, HOLDS_S[0]);
             }
         }
     }
@@ -134,10 +128,11 @@ pub(super) struct Imagined {
 pub(super) fn imagined(model: &Model<'_>, plan: &Plan) -> Imagined {
     let like = &model.tracks[plan.track];
     let start = model.end_s() + REST_S;
-    let times: Vec<f64> = (0..=ROWS).map(|i| plan.contact_s() * i as f64 / ROWS as f64).collect();
-    let reported_m: Vec<Vec3> = times.iter().map(|&t| plan.direction * plan.depth_at(t)).collect();
+    let times: Vec<f64> = (0..=ROWS).map(|i| plan.poke.contact_s() * i as f64 / ROWS as f64).collect();
+    let reported_m: Vec<Vec3> = times.iter().map(|&t| plan.poke.direction * plan.depth_at(t)).collect();
     let rows = times.iter().zip(&reported_m).enumerate().map(|(i, (t, &reported_m))| {
-        let touch = Touch { site: like.site, direction: plan.direction, inward: like.inward, reported_m };
+        let touch =
+            Touch { site: like.site, direction: plan.poke.direction, inward: like.inward, reported_m };
         Row { time_s: start + t, contact: Some(touch), first: i == 0 }
     });
     let deepest = |site: usize| {
@@ -162,14 +157,14 @@ pub(super) fn imagined(model: &Model<'_>, plan: &Plan) -> Imagined {
         time_s: times.iter().map(|t| start + t).collect(),
         force_n: vec![Vec3::zeros(); times.len()],
         depth_m: times.iter().map(|&t| plan.depth_at(t)).collect(),
-        counts: times.iter().map(|&t| plan.depth_at(t) >= LEAST_DEPTH * plan.depth_m).collect(),
-        direction: plan.direction,
+        counts: times.iter().map(|&t| plan.depth_at(t) >= LEAST_DEPTH * plan.poke.depth_m).collect(),
+        direction: plan.poke.direction,
         reported_m,
         frames,
         first_row: 0,
         ..like.clone()
     };
-    let each = |hz: f64, count: usize| plan.contact_s() * hz / count as f64;
+    let each = |hz: f64, count: usize| plan.poke.contact_s() * hz / count as f64;
     Imagined {
         rows_each: each(rows_hz, track.time_s.len()),
         frames_each: each(frames_hz, track.frames.len()),

@@ -67,8 +67,9 @@ const MOST: usize = 3;
 const LEAST_GAIN: f64 = 60.0;
 
 /// What is in proportion to the load must explain more than elements may misplace: such a share of everything that moves and
-/// pulls, on the given mesh and on one that was brought to its limit. About twice the most that each entry gained on
-/// simulated recordings in which nothing acts: the more places and sizes it can take, the more of it.
+/// pulls, on the given mesh and on one that was brought to its limit. The latter is 1.5 to 3 times the most that each entry
+/// gained on five simulated recordings in which nothing acts (the more places and sizes it can take, the more); those of the
+/// given mesh were set by hand.
 fn misplaced(physics: Physics) -> Option<[f64; 2]> {
     match physics {
         Physics::Inclusion => Some([1.6e-2, 8e-3]),

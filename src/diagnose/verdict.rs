@@ -167,7 +167,7 @@ fn confidence(evidence: &Evidence) -> f64 {
 }
 
 /// No verdict is surer than this: what nobody has thought of is always possible.
-const MOST_SURE: f64 = 0.99;
+pub const MOST_SURE: f64 = 0.99;
 
 /// Coefficients: constant, share explained, logarithm of the gain, root of the margin. Set by hand; `prove` shows
 /// how well they are calibrated.
