@@ -10,12 +10,13 @@
 //! | 0 | [`units`], [`clock`], [`geometry`] | what a number means: which unit, whose time, which frame |
 //! | 0 | [`mesh`] | what shape a body has |
 //! | 0 | [`sparse`] | how a large sparse system is solved |
+//! | 1 | [`device`] | what a stage, a force sensor and a source of marker positions are |
 //! | 1 | [`observation`] | what was observed in one poke |
 //! | 1 | [`fem`] | what the phantom does under a load |
-//! | 2 | [`sim`] | a bench with physics of its own, sharing no element, load or material with [`fem`] |
+//! | 2 | [`sim`] | a bench with physics of its own, sharing no element, load or material with [`fem`]; also at the level of bytes |
 //! | 2 | [`inverse`] | which parameters explain the observations, and how surely |
 //! | 3 | [`diagnose`] | what the model left out |
-//! | 3 | [`dataset`] | recording bundles turned into observations, and back |
+//! | 3 | [`dataset`] | sessions and recording bundles turned into observations, and back |
 //! | 4 | [`report`] | what a person should see |
 //! | 5 | [`cli`] | what was typed, and the exit code |
 //!
@@ -37,6 +38,7 @@
 pub mod cli;
 pub mod clock;
 pub mod dataset;
+pub mod device;
 pub mod diagnose;
 pub mod fem;
 pub mod geometry;

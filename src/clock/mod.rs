@@ -1,5 +1,9 @@
-//! Whose time a number is: instants of the recording's common clock, and values between its rows.
+//! Whose time a number is: the host's monotonic clock, instants of a recording's common clock, and values between its rows.
 
+mod device_clock;
+mod host;
 mod interpolate;
 
+pub use device_clock::DeviceClock;
+pub use host::HostTime;
 pub use interpolate::Rows;

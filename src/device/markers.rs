@@ -1,0 +1,36 @@
+//! Where the dots on the phantom are, frame by frame, from whoever can tell: a camera with a tracker, a recording, a simulated bench.
+
+use super::DeviceError;
+use crate::clock::HostTime;
+
+/// One marker in one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MarkerPosition {
+    /// Its number.
+    pub marker: u32,
+    /// Position in the phantom frame (m).
+    pub position_m: [f64; 3],
+}
+
+/// All markers that were seen at one time. One that was not seen is not in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MarkerFrame {
+    /// When the frame was grabbed.
+    pub host: HostTime,
+    /// Number of the frame, from 0; a gap is a frame that was lost.
+    pub number: u32,
+    /// What was seen, ascending by number.
+    pub markers: Vec<MarkerPosition>,
+}
+
+/// A source of marker positions.
+pub trait MarkerSource: Send {
+    /// Frames a second.
+    fn rate_hz(&self) -> f64;
+
+    /// The next frame, or none when there was none until `until`.
+    ///
+    /// # Errors
+    /// [`DeviceError`]: lost, silent for longer than its budget.
+    fn frame(&mut self, until: HostTime) -> Result<Option<MarkerFrame>, DeviceError>;
+}
