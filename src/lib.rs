@@ -13,6 +13,7 @@
 //! | 1 | [`device`] | what a stage, a force sensor and a source of marker positions are |
 //! | 1 | [`observation`] | what was observed in one poke |
 //! | 1 | [`fem`] | what the phantom does under a load |
+//! | 2 | [`driver`] | how real hardware speaks |
 //! | 2 | [`sim`] | a bench with physics of its own, sharing no element, load or material with [`fem`]; also at the level of bytes |
 //! | 2 | [`inverse`] | which parameters explain the observations, and how surely |
 //! | 3 | [`diagnose`] | what the model left out |
@@ -40,6 +41,7 @@ pub mod clock;
 pub mod dataset;
 pub mod device;
 pub mod diagnose;
+pub mod driver;
 pub mod fem;
 pub mod geometry;
 pub mod inverse;

@@ -1,0 +1,154 @@
+//! How drivers fail while a device is being opened. Once it is open, [`DeviceError`](crate::device::DeviceError) says it.
+
+/// Why a device cannot be opened.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DriverError {
+    /// Nobody tells which serial ports there are.
+    #[error("the serial ports can't be listed")]
+    Ports {
+        /// What the operating system says.
+        source: serialport::Error,
+    },
+    // Force sensor.
+    /// Its configuration page cannot be fetched.
+    #[error("the force sensor's configuration page {url} cannot be read: {source}")]
+    ForcePage {
+        /// Where the page should be.
+        url: String,
+        /// What went wrong on the way.
+        source: Box<ureq::Error>,
+    },
+    /// Its configuration page is no XML, or is cut off.
+    #[error("the force sensor's configuration page breaks off at byte {byte}: {source}")]
+    ForcePageBroken {
+        /// How far it could be read.
+        byte: u64,
+        /// What is wrong there.
+        source: Box<quick_xml::Error>,
+    },
+    /// Another page was served.
+    #[error("the page holds {root:?}, not the force sensor's active configuration ({expected})")]
+    ForceOtherPage {
+        /// Name of its root element.
+        root: String,
+        /// Root elements of the page that was asked for.
+        expected: &'static str,
+    },
+    /// Its configuration page holds something that readings cannot be built upon.
+    #[error(
+        "<{tag}> of the force sensor's configuration is {}; expected {expected}",
+        value.as_deref().unwrap_or("missing")
+    )]
+    ForceSetting {
+        /// Tag of the page.
+        tag: &'static str,
+        /// What it holds; none when it is not there.
+        value: Option<String>,
+        /// What it should hold.
+        expected: String,
+    },
+    /// There is no way to it on the network.
+    #[error("the force sensor at {address} cannot be talked to")]
+    ForceSocket {
+        /// Its address.
+        address: String,
+        /// What the operating system says.
+        source: std::io::Error,
+    },
+
+    // Serial ports.
+    /// The port cannot be opened: not there, no permission, or another program has it.
+    #[error("serial port {port} cannot be opened")]
+    Open {
+        /// Its path.
+        port: String,
+        /// What the operating system says.
+        source: serialport::Error,
+    },
+
+    // Stages run by Grbl.
+    /// A Grbl that speaks another dialect than 1.1's.
+    #[error(
+        "{device} is version {version}; this program speaks with Grbl 1.1 and grblHAL, which calls itself 1.1"
+    )]
+    GrblVersion {
+        /// Which device, and where.
+        device: String,
+        /// Its version.
+        version: String,
+    },
+    /// It does not have the stage's axes.
+    #[error("{device} has the axes {has}; the stage is to have {} and {}, two different ones of them", asked[0], asked[1])]
+    GrblAxes {
+        /// Which device, and where.
+        device: String,
+        /// Letters that were asked for.
+        asked: [char; 2],
+        /// Letters that it has.
+        has: String,
+    },
+    /// One of its settings does not serve.
+    #[error("{device} has {}; expected {expected}", setting_text(*setting, *value))]
+    GrblSetting {
+        /// Which device, and where.
+        device: String,
+        /// Number of the setting.
+        setting: u16,
+        /// Its value; none when it did not tell one.
+        value: Option<f64>,
+        /// What it should be.
+        expected: &'static str,
+    },
+
+    // Stages that run the rig's own firmware.
+    /// The operating system gives no random number, which a session needs.
+    #[error("no random number for a session with the stage")]
+    NoRandomNumber {
+        /// What the operating system says.
+        source: rand::rngs::SysError,
+    },
+    /// Its firmware speaks another version of the protocol.
+    #[error(
+        "{device} speaks version {major} of the protocol, this program version {ours}: it can be stopped, but not moved"
+    )]
+    NativeMajor {
+        /// Which device, and where.
+        device: String,
+        /// Its version.
+        major: i64,
+        /// The program's.
+        ours: u8,
+    },
+    /// Its firmware was made from another table of messages.
+    #[error(
+        "{device} has firmware {firmware:016x} with message table {schema:016x}, this program has table {ours:016x}: it can be \
+         stopped, but not moved; install firmware and program of the same version"
+    )]
+    NativeSchema {
+        /// Which device, and where.
+        device: String,
+        /// Hash of its firmware.
+        firmware: u64,
+        /// Hash of its table.
+        schema: u64,
+        /// Hash of the program's.
+        ours: u64,
+    },
+    /// Its firmware cannot do what the rig needs.
+    #[error("{device} cannot do {missing}, which the rig needs")]
+    NativeCapability {
+        /// Which device, and where.
+        device: String,
+        /// Name of the capability.
+        missing: &'static str,
+    },
+
+    /// It can be reached, but something goes wrong from there on.
+    #[error(transparent)]
+    Device(#[from] crate::device::DeviceError),
+}
+
+fn setting_text(setting: u16, value: Option<f64>) -> String {
+    value.map_or_else(|| format!("no setting ${setting}"), |value| format!("${setting}={value}"))
+}

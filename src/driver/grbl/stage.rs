@@ -1,0 +1,494 @@
+//! A stage run by Grbl: what it is told, and how its answers become reports.
+//!
+//! One line is outstanding at a time, and each is waited for: a jog that was acknowledged is under way, so that cancelling it cannot
+//! meet one that the controller has not read yet (the race of gnea/grbl). An acknowledgement that does not come leaves nobody knowing
+//! whether the motion runs; then the stage is stopped and latched.
+
+use super::codes::{self, NO_CODE};
+use super::command;
+use super::connect::{Axes, GrblOptions, connect};
+use super::knowledge::{Activity, Event, Knowledge};
+use super::line::Dialect;
+use super::link::Link;
+use super::settings::Machine;
+use super::status::Word;
+use super::stopper::{GrblStopper, Latch};
+use crate::clock::HostTime;
+use crate::device::{
+    AXES, DeviceError, Motion, Stage, StageIdentity, StageLimits, StageReport, StageState, Stopper,
+};
+use crate::driver::DriverError;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+/// How long coming to rest may take beyond what the acceleration says.
+const STOP_MARGIN: Duration = Duration::from_millis(500);
+/// How long to look for a refusal of homing before its reports are left to say it.
+const REFUSAL: Duration = Duration::from_millis(200);
+/// No slower and no faster is asked for reports, whatever the options say (1/s).
+const RATE_HZ: [f64; 2] = [0.5, 200.0];
+/// Relative excess over a limit that is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// A two-axis stage run by Grbl 1.1 or grblHAL. Positions are machine coordinates (m).
+pub struct GrblStage {
+    link: Link,
+    dialect: Dialect,
+    known: Knowledge,
+    identity: StageIdentity,
+    letters: [char; AXES],
+    machine: Machine,
+    options: GrblOptions,
+    latch: Arc<Latch>,
+    /// Stops that a person has cleared.
+    cleared: u32,
+    next_ask: HostTime,
+    /// When the first question was put that no report has answered.
+    unanswered: Option<HostTime>,
+}
+
+impl GrblStage {
+    /// Opens the port, finds out who answers, and reads its settings. Ends with the controller freshly reset and nothing moving.
+    ///
+    /// # Errors
+    /// [`DriverError`]: the port cannot be opened, something else answers, or its settings do not serve.
+    pub fn connect(options: &GrblOptions) -> Result<Self, DriverError> {
+        connect(options)
+    }
+
+    pub(super) fn new(
+        link: Link,
+        dialect: Dialect,
+        identity: StageIdentity,
+        axes: Axes,
+        machine: Machine,
+        options: &GrblOptions,
+    ) -> Self {
+        Self {
+            link,
+            dialect,
+            letters: axes.letters,
+            known: Knowledge::new(axes),
+            identity,
+            machine,
+            options: options.clone(),
+            latch: Arc::default(),
+            cleared: 0,
+            next_ask: HostTime::now(),
+            unanswered: None,
+        }
+    }
+
+    /// The acceleration (m/s²) that a straight motion between two positions (m) will have: Grbl takes the most that no axis objects to.
+    pub fn acceleration_along(&self, from_m: [f64; AXES], to_m: [f64; AXES]) -> f64 {
+        along(from_m, to_m, self.machine.limits.acceleration_m_s2)
+    }
+
+    /// How long it goes on as planned, at most, before it begins to brake when told to stop: motion that it has prepared in pieces of
+    /// 10 ms, of which Grbl holds 5 and grblHAL 9 (their step segment buffers, as delivered).
+    pub fn braking_delay(&self) -> Duration {
+        Duration::from_millis(match self.dialect {
+            Dialect::Classic => 50,
+            Dialect::Hal => 90,
+        })
+    }
+
+    /// Lines from the controller that made no sense so far.
+    pub fn nonsense(&self) -> u64 {
+        self.link.nonsense()
+    }
+
+    fn stopped(&self) -> bool {
+        self.latch.stops() != self.cleared
+    }
+
+    fn stop_byte(&self) -> u8 {
+        if self.machine.parks { command::RESET } else { command::SAFETY_DOOR }
+    }
+
+    fn refused(&self, what: &'static str, reason: impl Into<String>) -> DeviceError {
+        DeviceError::Refused { device: self.link.device(), what, reason: reason.into() }
+    }
+
+    fn refused_with(&self, what: &'static str, code: u8) -> DeviceError {
+        self.refused(what, format!("error {code}: {}", codes::error(code)))
+    }
+
+    fn fault(&self) -> DeviceError {
+        let (code, meaning) = match &self.known.fault {
+            Some(fault) => (fault.code, fault.meaning.clone()),
+            None => (NO_CODE, "it was told to stop".to_owned()),
+        };
+        DeviceError::Fault { device: self.link.device(), code, meaning }
+    }
+
+    /// Nothing is latched and nothing moves.
+    fn ready(&self, what: &'static str) -> Result<(), DeviceError> {
+        if self.known.fault.is_some() || self.stopped() {
+            return Err(self.fault());
+        }
+        if self.known.activity != Activity::Standing {
+            return Err(self.refused(what, "it is moving"));
+        }
+        Ok(())
+    }
+
+    /// Takes note of a stopper that was used meanwhile.
+    fn notice_stop(&mut self) {
+        if !self.stopped() {
+            return;
+        }
+        let braking = match self.known.activity {
+            Activity::Moving { braking } => braking,
+            Activity::Homing { .. } => STOP_MARGIN,
+            Activity::Standing | Activity::Stopping { .. } => return,
+        };
+        self.known.activity = Activity::Stopping { until: HostTime::now() + braking, reset: false };
+    }
+
+    fn ask(&mut self, now: HostTime) -> Result<(), DeviceError> {
+        // What grblHAL tells only now and then matters at the beginning: whether it has homed, and why it is in alarm.
+        let full = self.dialect == Dialect::Hal && self.known.word.is_none();
+        self.link.send(&[if full { command::FULL_STATUS } else { command::STATUS }])?;
+        if now.since(self.next_ask) > self.options.silence {
+            // Nobody has listened meanwhile: that there was no answer says nothing.
+            self.unanswered = None;
+        }
+        let moving = matches!(self.known.activity, Activity::Moving { .. } | Activity::Stopping { .. });
+        let rate = if moving { self.options.moving_rate_hz } else { self.options.idle_rate_hz };
+        self.next_ask = now + Duration::from_secs_f64(1.0 / rate.clamp(RATE_HZ[0], RATE_HZ[1]));
+        self.unanswered.get_or_insert(now);
+        Ok(())
+    }
+
+    /// Asks when it is time to, and takes the next line. `None`: there was none until `until`.
+    fn pump(&mut self, until: HostTime) -> Result<Option<Event>, DeviceError> {
+        loop {
+            self.notice_stop();
+            let now = HostTime::now();
+            if now >= self.next_ask {
+                self.ask(now)?;
+            }
+            let Some((at, line)) = self.link.next(until.min(self.next_ask))? else {
+                self.overdue()?;
+                if HostTime::now() >= until {
+                    return Ok(None);
+                }
+                continue;
+            };
+            let stopped = self.stopped();
+            let homing = matches!(self.known.activity, Activity::Homing { .. });
+            let event = self.known.take(at, line, stopped);
+            if homing && !matches!(self.known.activity, Activity::Homing { .. }) {
+                // What was asked meanwhile was not to be answered.
+                self.unanswered = None;
+            }
+            match &event {
+                Event::Report(report) => {
+                    self.unanswered = None;
+                    self.link.made_sense();
+                    self.stop_harder(report)?;
+                }
+                Event::Untrue(said) => self.link.count_nonsense(said.clone()),
+                Event::Astray(position_m) => {
+                    self.link.send(&[self.stop_byte()])?;
+                    let [x, z] = position_m.map(|m| m * 1e3);
+                    let [a, b] = self.letters;
+                    self.known.latch(
+                        NO_CODE,
+                        format!(
+                            "it was told to stop because it is at {a} {x:.3} {b} {z:.3} mm, off its path"
+                        ),
+                    );
+                    self.known.lose_position();
+                }
+                Event::Banner { unexplained } => {
+                    self.unanswered = None;
+                    if *unexplained {
+                        return Err(DeviceError::Reset { device: self.link.device(), cause: None });
+                    }
+                }
+                _ => {}
+            }
+            return Ok(Some(event));
+        }
+    }
+
+    /// A stage that goes on moving when it should stand is reset: it stops dead, says so with an alarm, and has to home again.
+    fn stop_harder(&mut self, report: &StageReport) -> Result<(), DeviceError> {
+        if let Activity::Stopping { until, reset } = &mut self.known.activity
+            && !*reset
+            && report.state == StageState::Moving
+            && report.host >= *until
+        {
+            *reset = true;
+            self.known.latch(NO_CODE, "it was reset because it went on moving when told to stop");
+            self.link.send(&[command::RESET])?;
+        }
+        Ok(())
+    }
+
+    /// Nothing has come; whether it should have by now.
+    fn overdue(&mut self) -> Result<(), DeviceError> {
+        let now = HostTime::now();
+        if let Activity::Homing { until, idle, .. } = self.known.activity {
+            let unacknowledged = idle.is_some_and(|since| now.since(since) > self.options.reply);
+            if now < until && !unacknowledged {
+                return Ok(());
+            }
+            self.known.activity = Activity::Standing;
+            self.known.latch(NO_CODE, "it did not say that homing ended");
+            let waited = if unacknowledged { self.options.reply } else { self.machine.homing };
+            return Err(DeviceError::Silent { device: self.link.device(), waited, during: "homing" });
+        }
+        // After a limit alarm Grbl says nothing until it is reset.
+        let mute = self.dialect == Dialect::Classic
+            && self.known.fault.as_ref().is_some_and(|fault| matches!(fault.code, 1 | 2));
+        match self.unanswered {
+            Some(since) if !mute && now.since(since) > self.options.silence => {
+                self.unanswered = None;
+                Err(self.link.unanswered(now.since(since), "being asked for its status", "a status report"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Waits for the reply to the line that was sent last; the inner error is the controller's code. Reports that come before it tell
+    /// of what was before, and are dropped.
+    fn reply(&mut self) -> Result<Result<(), u8>, DeviceError> {
+        let until = HostTime::now() + self.options.reply;
+        while let Some(event) = self.pump(until)? {
+            match event {
+                Event::Done => return Ok(Ok(())),
+                Event::Refused(code) => return Ok(Err(code)),
+                Event::Alarm(_) => return Err(self.fault()),
+                _ => {}
+            }
+        }
+        Err(self.link.unanswered(self.options.reply, "being told to do something", "ok or error"))
+    }
+
+    /// Where it stands (m), asking when it is not known.
+    pub(super) fn position(&mut self) -> Result<[f64; AXES], DeviceError> {
+        let until = HostTime::now() + self.options.silence;
+        if self.known.stale {
+            self.next_ask = HostTime::now();
+        }
+        while self.known.stale {
+            if self.pump(until)?.is_none() {
+                return Err(self.link.unanswered(
+                    self.options.silence,
+                    "being asked for its position",
+                    "a report",
+                ));
+            }
+        }
+        self.known
+            .last
+            .map(|last| last.position_m)
+            .ok_or(DeviceError::NotHomed { device: self.link.device() })
+    }
+
+    fn check(&self, from_m: [f64; AXES], motion: &Motion) -> Result<(), DeviceError> {
+        let limits = &self.machine.limits;
+        if let Some(axis) = limits.outside(motion.target_m) {
+            let (target_m, travel_m) = (motion.target_m[axis], limits.travel_m[axis]);
+            return Err(DeviceError::OutsideTravel { axis, target_m, travel_m });
+        }
+        let direction = direction(from_m, motion.target_m);
+        let asked = [
+            ("a speed", motion.speed_m_s, limits.speed_m_s, "m/s"),
+            ("an acceleration", motion.acceleration_m_s2, limits.acceleration_m_s2, "m/s²"),
+        ];
+        for (what, asked, most, unit) in asked {
+            for axis in 0..AXES {
+                let share = asked * direction[axis].abs();
+                // Written so that what is no number is refused.
+                if !(asked > 0.0 && share <= most[axis] * (1.0 + ROUNDING)) {
+                    return Err(DeviceError::TooFast { what, axis, asked: share, most: most[axis], unit });
+                }
+            }
+        }
+        let feed = command::feed_mm_min(motion.speed_m_s);
+        if feed < command::SLOWEST_MM_MIN {
+            let reason =
+                format!("it moves no slower than {} mm/min, not at {feed:.3}", command::SLOWEST_MM_MIN);
+            return Err(self.refused("move", reason));
+        }
+        Ok(())
+    }
+
+    fn reset(&mut self) -> Result<(), DeviceError> {
+        // The banner may get lost, as any line.
+        for _ in 0..2 {
+            self.link.send(&[command::RESET])?;
+            let until = HostTime::now() + self.options.banner;
+            while let Some(event) = self.pump(until)? {
+                if matches!(event, Event::Banner { .. }) {
+                    return Ok(());
+                }
+            }
+        }
+        Err(self.link.unanswered(self.options.banner * 2, "being reset", "its banner"))
+    }
+
+    fn unlock(&mut self) -> Result<(), DeviceError> {
+        self.reset()?;
+        self.next_ask = HostTime::now();
+        let until = HostTime::now() + self.options.silence;
+        while self.known.word.is_none() {
+            if self.pump(until)?.is_none() {
+                return Err(self.link.unanswered(
+                    self.options.silence,
+                    "being asked for its status",
+                    "a report",
+                ));
+            }
+        }
+        match self.known.word {
+            Some(Word::Idle) => Ok(()),
+            Some(Word::Alarm(_)) => {
+                self.link.send(b"$X\n")?;
+                match self.reply()? {
+                    Ok(()) => Ok(()),
+                    // Locked but for homing, which is all that this driver lets an unhomed stage do.
+                    Err(code) if codes::ONLY_HOMING.contains(&code) => {
+                        self.known.lose_position();
+                        Ok(())
+                    }
+                    Err(code) => Err(self.refused_with("clear its fault", code)),
+                }
+            }
+            _ => Err(self.refused("clear its fault", "it is held, by its door or feed-hold input")),
+        }
+    }
+}
+
+impl Stage for GrblStage {
+    fn identity(&self) -> &StageIdentity {
+        &self.identity
+    }
+
+    fn limits(&self) -> &StageLimits {
+        &self.machine.limits
+    }
+
+    fn home(&mut self) -> Result<(), DeviceError> {
+        self.ready("home")?;
+        self.link.send(b"$H\n")?;
+        let now = HostTime::now();
+        self.known.homing(now + self.machine.homing);
+        self.next_ask = now;
+        while let Some(event) = self.pump(now + REFUSAL)? {
+            match event {
+                Event::Refused(code) => return Err(self.refused_with("home", code)),
+                Event::Alarm(_) => return Err(self.fault()),
+                Event::Done => return Ok(()),
+                Event::Report(_) if self.known.word == Some(Word::Home) => return Ok(()),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn move_to(&mut self, motion: Motion) -> Result<(), DeviceError> {
+        self.ready("move")?;
+        if !self.known.homed {
+            return Err(DeviceError::NotHomed { device: self.link.device() });
+        }
+        let from_m = self.position()?;
+        self.check(from_m, &motion)?;
+        let line = command::jog(self.letters, motion.target_m, self.machine.decimals, motion.speed_m_s);
+        let acceleration = self.acceleration_along(from_m, motion.target_m);
+        let braking = Duration::from_secs_f64(1.5 * motion.speed_m_s / acceleration) + STOP_MARGIN;
+        // Asking where it stands took time: a stopper may have been used.
+        self.ready("move")?;
+        // From here on its position may change, acknowledged or not.
+        self.known.moving(from_m, motion.target_m, braking);
+        self.link.send(line.as_bytes())?;
+        match self.reply() {
+            Ok(Ok(())) => {
+                // Reports from before have said that it stands.
+                self.known.moving(from_m, motion.target_m, braking);
+                self.next_ask = HostTime::now();
+                Ok(())
+            }
+            Ok(Err(code)) => {
+                self.known.activity = Activity::Standing;
+                Err(self.refused_with("move", code))
+            }
+            Err(error @ (DeviceError::Silent { .. } | DeviceError::Nonsense { .. })) => {
+                self.link.send(&[self.stop_byte()])?;
+                self.known.activity = Activity::Stopping { until: HostTime::now() + braking, reset: false };
+                self.known.latch(NO_CODE, "it was told to stop because it did not acknowledge a motion");
+                Err(error)
+            }
+            Err(error) => {
+                self.known.activity = Activity::Standing;
+                Err(error)
+            }
+        }
+    }
+
+    fn stop(&mut self) -> Result<(), DeviceError> {
+        match self.known.activity {
+            Activity::Standing | Activity::Stopping { .. } => Ok(()),
+            // Nothing else ends homing. Unless it has not begun yet, an alarm follows.
+            Activity::Homing { .. } => {
+                self.known.latch(NO_CODE, "it was reset instead of homing");
+                self.link.send(&[command::RESET])
+            }
+            Activity::Moving { braking } => {
+                self.known.activity = Activity::Stopping { until: HostTime::now() + braking, reset: false };
+                self.link.send(&[command::JOG_CANCEL])
+            }
+        }
+    }
+
+    fn clear(&mut self) -> Result<(), DeviceError> {
+        // Stops that come while this runs stay latched.
+        let stops = self.latch.stops();
+        if self.known.fault.is_none() && !self.stopped() {
+            return Ok(());
+        }
+        self.known.awaiting_banner = true;
+        let unlocked = self.unlock();
+        self.known.awaiting_banner = false;
+        unlocked?;
+        self.cleared = stops;
+        self.known.fault = None;
+        self.known.activity = Activity::Standing;
+        Ok(())
+    }
+
+    fn report(&mut self, until: HostTime) -> Result<Option<StageReport>, DeviceError> {
+        loop {
+            let homing = matches!(self.known.activity, Activity::Homing { .. });
+            match self.pump(until)? {
+                None => return Ok(None),
+                Some(Event::Report(report) | Event::Alarm(Some(report))) => return Ok(Some(report)),
+                // Homing is the only thing whose reply is not waited for.
+                Some(Event::Refused(code)) if homing => return Err(self.refused_with("home", code)),
+                Some(_) => {}
+            }
+        }
+    }
+
+    fn stopper(&self) -> Result<Box<dyn Stopper>, DeviceError> {
+        let port = Mutex::new(self.link.second()?);
+        Ok(Box::new(GrblStopper { port, latch: self.latch.clone(), byte: self.stop_byte() }))
+    }
+}
+
+fn direction(from_m: [f64; AXES], to_m: [f64; AXES]) -> [f64; AXES] {
+    let path: [f64; AXES] = std::array::from_fn(|axis| to_m[axis] - from_m[axis]);
+    let length = path.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // A motion to where it stands is checked as one along both axes.
+    path.map(|x| if length > 0.0 { x / length } else { 1.0 })
+}
+
+/// The largest value along a line of which no axis has more than its share.
+fn along(from_m: [f64; AXES], to_m: [f64; AXES], most: [f64; AXES]) -> f64 {
+    let direction = direction(from_m, to_m);
+    (0..AXES).map(|axis| most[axis] / direction[axis].abs()).fold(f64::INFINITY, f64::min)
+}
