@@ -21,6 +21,7 @@
 mod bench;
 #[cfg(test)]
 mod brute_force;
+pub mod bytes;
 mod demo;
 mod draw;
 mod equilibrium;
@@ -32,6 +33,7 @@ mod instruments;
 mod large_strain;
 mod legendre;
 mod linear;
+mod live_bench;
 mod load_path;
 mod near_field;
 mod neo_hookean;
@@ -56,12 +58,13 @@ pub use demo::demo;
 pub use draw::{Draw, Instruments, Kinematics, PokePlan, Wander};
 pub use error::SimError;
 pub use hex_mesh::Slab;
+pub use live_bench::{LiveBench, SimulatedMarkers};
 pub use random::draw;
 pub use record::record;
 pub use resolution::{RemainderResolution, Resolution};
 pub use supports::Restraint;
 pub use truth::{TrueRestraint, Truth};
 pub use world::{
-    Answer, Body, Disc, Effect, Figure, Foreign, Hold, Large, Memory, Phantom, PhantomPlan, Press, PronyTerm,
-    Rig, Site, StiffeningLaw, Strength, Touch, World, stock,
+    Answer, Body, Disc, Effect, Figure, Foreign, Hold, Large, Live, Memory, Phantom, PhantomPlan, Press,
+    PronyTerm, Rig, Site, StiffeningLaw, Strength, Touch, World, stock,
 };

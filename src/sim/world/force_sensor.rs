@@ -9,27 +9,46 @@ use crate::geometry::Vec3;
 use crate::observation::Wrench;
 use crate::sim::instruments::{FORCE_DIGITS, TORQUE_DIGITS, Wanderer, normal, rounded, row_times};
 use crate::sim::seed::{Use, stream};
+use rand_chacha::ChaCha12Rng;
 use std::f64::consts::TAU;
 
-/// Rows of the sensor. A pad's traction is uniform, so its moment about the tip's centre is nothing but noise.
+/// Rows of the sensor.
 pub(super) fn wrench(world: &World, course: &Happened, end_s: f64) -> Wrench {
-    let mut rng = stream(world.seed, Use::Wrench);
-    let instruments = &world.instruments;
-    let mut wanderer = instruments
-        .wander
-        .map(|w| (w.force_n, Wanderer::new(&w, 1.0 / instruments.sensor_rate_hz, &mut rng)));
-    let mut wrench = Wrench { time_s: row_times(instruments.sensor_rate_hz, end_s), ..Wrench::default() };
+    let rate_hz = world.instruments.sensor_rate_hz;
+    let mut sensor = ForceSensor::new(world, rate_hz);
+    let mut wrench = Wrench { time_s: row_times(rate_hz, end_s), ..Wrench::default() };
     for &t in &wrench.time_s {
-        let offset = wanderer.as_mut().map_or([0.0; 3], |(sd, w)| w.step(&mut rng).map(|x| x * *sd));
-        let noise: [f64; 3] =
-            std::array::from_fn(|c| offset[c] + instruments.noise.force_n[c] * normal(&mut rng));
-        let reading = sensed(world, course.force_at(t), t) + Vec3::from(noise);
-        wrench.force_n.push(clipped(world, reading).map(|f| rounded(f, FORCE_DIGITS)).into());
-        wrench.torque_nm.push(std::array::from_fn(|c| {
-            rounded(instruments.noise.torque_nm[c] * normal(&mut rng), TORQUE_DIGITS)
-        }));
+        let (force, torque) = sensor.read(world, course.force_at(t), t);
+        wrench.force_n.push(force.map(|f| rounded(f, FORCE_DIGITS)).into());
+        wrench.torque_nm.push(torque.map(|m| rounded(m, TORQUE_DIGITS)).into());
     }
     wrench
+}
+
+/// The sensor with its noise. A pad's traction is uniform, so its moment about the tip's centre is nothing but noise.
+pub(super) struct ForceSensor {
+    rng: ChaCha12Rng,
+    wanderer: Option<(f64, Wanderer)>,
+}
+
+impl ForceSensor {
+    /// At rest; it is read `rate_hz` times a second.
+    pub(super) fn new(world: &World, rate_hz: f64) -> Self {
+        let mut rng = stream(world.seed, Use::Wrench);
+        let wander = world.instruments.wander;
+        let wanderer = wander.map(|w| (w.force_n, Wanderer::new(&w, 1.0 / rate_hz, &mut rng)));
+        Self { rng, wanderer }
+    }
+
+    /// What it reads of a force of the tip (N) at a time: force (N) and moment about the tip's centre (N·m).
+    pub(super) fn read(&mut self, world: &World, force: Vec3, time_s: f64) -> (Vec3, Vec3) {
+        let (noise, rng) = (&world.instruments.noise, &mut self.rng);
+        let offset = self.wanderer.as_mut().map_or([0.0; 3], |(sd, w)| w.step(rng).map(|x| x * *sd));
+        let error: [f64; 3] = std::array::from_fn(|c| offset[c] + noise.force_n[c] * normal(rng));
+        let reading = sensed(world, force, time_s) + Vec3::from(error);
+        let torque: [f64; 3] = std::array::from_fn(|c| noise.torque_nm[c] * normal(rng));
+        (clipped(world, reading), torque.into())
+    }
 }
 
 /// The sensor's answer to a force (N) at a time, without noise.

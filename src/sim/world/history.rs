@@ -83,22 +83,60 @@ impl Course {
 /// Carries `body` through the instants of `contacts`, which are `step_s` apart.
 pub(super) fn carry(
     body: &SessionBody,
-    mut setup: Setup,
+    setup: Setup,
     contacts: &[Option<Contact>],
     step_s: f64,
 ) -> Result<Course, SimError> {
-    let n = 3 * (body.tips + body.springs);
-    let instantaneous = setup.young_modulus_pa / (1.0 - relaxed(&setup.terms));
-    let mut past = Past::new(&setup.terms, step_s, n + 3);
-    let mut slip = Slip { tip: usize::MAX, by: Vec3::zeros() };
+    let mut carrier = Carrier::new(body, setup, step_s);
     let mut course = Course { step_s, force: Vec::new(), loads: Vec::new() };
-    let mut last = DVector::zeros(n + 3);
-    for (instant, contact) in contacts.iter().enumerate() {
-        let time_s = instant as f64 * step_s;
-        let modulus = instantaneous * (1.0 + setup.drift_per_s * time_s);
-        let alpha = modulus * past.share();
-        let mut known = DVector::from_vec(past.held_back()) / past.share();
-        let carried = contact.map_or(Vec3::zeros(), |_| setup.weight);
+    for contact in contacts {
+        let (force, loads) = carrier.step(body, contact.as_ref())?;
+        course.force.push(force);
+        course.loads.push(loads);
+    }
+    Ok(course)
+}
+
+/// The phantom at the latest instant, with all that it remembers.
+pub(super) struct Carrier {
+    setup: Setup,
+    step_s: f64,
+    /// Modulus at once (Pa).
+    instantaneous: f64,
+    past: Past,
+    slip: Slip,
+    /// Forces of the last step (N).
+    last: DVector<f64>,
+    instants: u64,
+}
+
+impl Carrier {
+    /// At rest, before the first instant; instants are `step_s` apart.
+    pub(super) fn new(body: &SessionBody, setup: Setup, step_s: f64) -> Self {
+        let n = 3 * (body.tips + body.springs) + 3;
+        Self {
+            step_s,
+            instantaneous: setup.young_modulus_pa / (1.0 - relaxed(&setup.terms)),
+            past: Past::new(&setup.terms, step_s, n),
+            slip: Slip { tip: usize::MAX, by: Vec3::zeros() },
+            last: DVector::zeros(n),
+            instants: 0,
+            setup,
+        }
+    }
+
+    /// Goes on to the next instant: force of the tip on the phantom (N) and y.
+    pub(super) fn step(
+        &mut self,
+        body: &SessionBody,
+        contact: Option<&Contact>,
+    ) -> Result<(Vec3, DVector<f64>), SimError> {
+        let n = 3 * (body.tips + body.springs);
+        let time_s = self.instants as f64 * self.step_s;
+        let modulus = self.instantaneous * (1.0 + self.setup.drift_per_s * time_s);
+        let alpha = modulus * self.past.share();
+        let mut known = DVector::from_vec(self.past.held_back()) / self.past.share();
+        let carried = contact.map_or(Vec3::zeros(), |_| self.setup.weight);
         for c in 0..3 {
             known[n + c] += carried[c] / alpha;
         }
@@ -106,7 +144,8 @@ pub(super) fn carry(
         let active: Vec<usize> = (first..3 * (1 + body.springs))
             .map(|i| match (i < 3, contact) {
                 (true, Some(contact)) => 3 * contact.tip + i,
-                _ => 3 * (body.tips - 1) + i,
+                // The springs come after all tips.
+                _ => 3 * body.tips + i - 3,
             })
             .collect();
         let unloaded = &body.supports * &known;
@@ -115,29 +154,28 @@ pub(super) fn carry(
             compliance: DMatrix::from_fn(active.len(), active.len(), |i, j| {
                 body.supports[(active[i], active[j])] / alpha
             }),
-            contact: *contact,
-            slip: slip.of(contact),
-            setup: &setup,
+            contact: contact.copied(),
+            slip: self.slip.of(contact),
+            setup: &self.setup,
         };
-        let start = DVector::from_fn(active.len(), |i, _| last[active[i]]);
+        let start = DVector::from_fn(active.len(), |i, _| self.last[active[i]]);
         let force = step.solve(start, time_s)?;
         let moved = step.moved(&force);
-        slip = step.slipped(&moved, &force);
-        last.fill(0.0);
+        self.slip = step.slipped(&moved, &force);
+        self.last.fill(0.0);
         let mut y = known;
         for (i, &column) in active.iter().enumerate() {
-            last[column] = force[i];
+            self.last[column] = force[i];
             y[column] += force[i] / alpha;
         }
-        past.advance(y.as_slice());
+        self.past.advance(y.as_slice());
         let springs = if contact.is_some() { 3 } else { 0 };
-        for (hold, w) in setup.holds.iter_mut().zip(moved.as_slice()[springs..].chunks_exact(3)) {
+        for (hold, w) in self.setup.holds.iter_mut().zip(moved.as_slice()[springs..].chunks_exact(3)) {
             hold.advance(Vec3::from_column_slice(w));
         }
-        course.force.push(contact.map_or(Vec3::zeros(), |_| Vec3::new(force[0], force[1], force[2])));
-        course.loads.push(y);
+        self.instants += 1;
+        Ok((contact.map_or(Vec3::zeros(), |_| Vec3::new(force[0], force[1], force[2])), y))
     }
-    Ok(course)
 }
 
 /// How far a tip has slid over the surface since it came into contact (m).
@@ -149,7 +187,7 @@ struct Slip {
 
 impl Slip {
     /// Zero for a tip that was not in contact.
-    fn of(&self, contact: &Option<Contact>) -> Vec3 {
+    fn of(&self, contact: Option<&Contact>) -> Vec3 {
         contact.filter(|c| c.tip == self.tip).map_or(Vec3::zeros(), |_| self.by)
     }
 }

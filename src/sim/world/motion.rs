@@ -2,7 +2,7 @@
 
 use super::effect::Effect;
 use super::foreign::Foreign;
-use super::plan::World;
+use super::plan::{Press, World};
 use super::rig::Rig;
 use crate::geometry::Vec3;
 use crate::sim::timeline::Timeline;
@@ -22,39 +22,64 @@ pub(super) struct Contact {
 
 /// The tip at each instant of a grid of `step_s`; none while nothing touches the phantom.
 pub(super) fn contacts(world: &World, timeline: &Timeline, step_s: f64) -> Vec<Option<Contact>> {
-    let sites = world.touched();
     let count = (timeline.end_s / step_s).round() as usize + 1;
-    let mut play = Play { poke: usize::MAX, at: 0.0 };
+    let mut carriage = Carriage::new(world);
     (0..count)
         .map(|n| {
             let t = n as f64 * step_s;
             let (poke, reported) = timeline.at(t)?;
-            let press = &world.pokes[poke];
-            let mut depth = reported;
-            let mut direction = Vec3::from(press.direction);
-            let mut touching = true;
-            for effect in &world.effects {
-                match *effect {
-                    Effect::Foreign(Foreign::StageExpansion { rate_m_per_s }) => depth += rate_m_per_s * t,
-                    Effect::Foreign(Foreign::StageMisalignment { rotation_rad }) => {
-                        direction = nalgebra::Rotation3::new(Vec3::from(rotation_rad)) * direction;
-                    }
-                    Effect::Rig(Rig::Backlash { backlash_m }) => depth = play.follow(poke, depth, backlash_m),
-                    Effect::Rig(Rig::LateContact { gap_m }) => {
-                        depth -= gap_m;
-                        touching &= depth > 0.0;
-                    }
-                    _ => {}
-                }
-            }
-            touching.then(|| Contact {
-                tip: sites.partition_point(|&s| s < press.site),
-                target: depth * direction,
-                direction,
-                inward: Vec3::from(world.phantom.sites[press.site].inward),
-            })
+            carriage.contact(world, poke, &world.pokes[poke], reported, t)
         })
         .collect()
+}
+
+/// What lies between the stage's report and the tip.
+pub(super) struct Carriage {
+    /// Sites that are poked, ascending.
+    sites: Vec<usize>,
+    play: Play,
+}
+
+impl Carriage {
+    pub(super) fn new(world: &World) -> Self {
+        Self { sites: world.touched(), play: Play { poke: usize::MAX, at: 0.0 } }
+    }
+
+    /// The tip while the stage reports so much depth (m) in a poke; none while nothing touches the phantom. `number` tells pokes apart.
+    pub(super) fn contact(
+        &mut self,
+        world: &World,
+        number: usize,
+        press: &Press,
+        reported_m: f64,
+        time_s: f64,
+    ) -> Option<Contact> {
+        let mut depth = reported_m;
+        let mut direction = Vec3::from(press.direction);
+        let mut touching = true;
+        for effect in &world.effects {
+            match *effect {
+                Effect::Foreign(Foreign::StageExpansion { rate_m_per_s }) => depth += rate_m_per_s * time_s,
+                Effect::Foreign(Foreign::StageMisalignment { rotation_rad }) => {
+                    direction = nalgebra::Rotation3::new(Vec3::from(rotation_rad)) * direction;
+                }
+                Effect::Rig(Rig::Backlash { backlash_m }) => {
+                    depth = self.play.follow(number, depth, backlash_m);
+                }
+                Effect::Rig(Rig::LateContact { gap_m }) => {
+                    depth -= gap_m;
+                    touching &= depth > 0.0;
+                }
+                _ => {}
+            }
+        }
+        touching.then(|| Contact {
+            tip: self.sites.partition_point(|&s| s < press.site),
+            target: depth * direction,
+            direction,
+            inward: Vec3::from(world.phantom.sites[press.site].inward),
+        })
+    }
 }
 
 /// The play operator: what is pushed follows only when the play is used up. At the start of a poke it lies at the near

@@ -82,7 +82,7 @@ impl World {
     }
 
     /// What goes through the session, from the effects.
-    fn setup(&self, step_s: f64) -> Setup {
+    pub(super) fn setup(&self, step_s: f64) -> Setup {
         let mut setup = Setup {
             young_modulus_pa: self.young_modulus_pa,
             terms: Vec::new(),
@@ -135,4 +135,4 @@ impl World {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

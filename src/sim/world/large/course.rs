@@ -52,13 +52,27 @@ pub(super) const USUAL: Cut = Cut {
 /// Depths closer than this are one (m).
 const SAME_M: f64 = 1e-9;
 
+/// The phantom at large strain: the ways that its tips take, and how deep each has been.
+pub(in super::super) struct LargeBody {
+    lines: Vec<Line>,
+    /// The first way of each line, then the ways back.
+    paths: Vec<LoadPath>,
+    /// Of each line: the depth from which a way back begins (m), and the way.
+    back: Vec<Vec<(f64, usize)>>,
+    deepest: Vec<f64>,
+    stage_compliance: f64,
+    markers: usize,
+}
+
+/// A way, by its index, and how far along it the tip is (m).
+type Along = (usize, f64);
+
 /// What happened.
 pub(in super::super) struct LargeCourse {
     step_s: f64,
-    paths: Vec<LoadPath>,
-    /// At every instant the path and the depth on it (m).
-    places: Vec<Option<(usize, f64)>>,
-    markers: usize,
+    body: LargeBody,
+    /// Where the tip was at every instant.
+    places: Vec<Option<Along>>,
 }
 
 /// One line along which a tip goes in.
@@ -68,6 +82,61 @@ pub(super) struct Line {
     pub(super) direction: Vec3,
     /// Depths from which it goes back, ascending (m), each deeper than all before.
     pub(super) turns: Vec<f64>,
+}
+
+impl LargeBody {
+    /// The ways that `contacts` go; none for a world whose material is linear.
+    pub(in super::super) fn of(
+        world: &World,
+        body: &SessionBody,
+        contacts: &[Option<Contact>],
+        stage_compliance: f64,
+        markers: &[[f64; 3]],
+    ) -> Result<Option<Self>, SimError> {
+        if material(world).is_none() {
+            return Ok(None);
+        }
+        let lines = lines(contacts);
+        let ways: Vec<Ways> = lines
+            .par_iter()
+            .map(|line| Ok(corrected(ways(world, line, markers, &USUAL)?, &linear(world, body, line)?)))
+            .collect::<Result<_, SimError>>()?;
+        let mut paths: Vec<LoadPath> = ways.iter().map(|w| w.first.clone()).collect();
+        let mut back = Vec::new();
+        for way in ways {
+            let from = paths.len();
+            back.push(way.again.iter().enumerate().map(|(i, a)| (a.0, from + i)).collect::<Vec<_>>());
+            paths.extend(way.again.into_iter().map(|a| a.1));
+        }
+        let deepest = vec![0.0; lines.len()];
+        Ok(Some(Self { lines, paths, back, deepest, stage_compliance, markers: markers.len() }))
+    }
+
+    /// Takes the tip to the next instant's place.
+    pub(in super::super) fn step(&mut self, contact: &Contact) -> Along {
+        let line = self.lines.iter().position(|l| l.holds(contact)).unwrap_or(0);
+        let target = contact.target.dot(&contact.direction);
+        let deepest = self.deepest[line];
+        let nearest =
+            self.back[line].iter().min_by(|a, b| (a.0 - deepest).abs().total_cmp(&(b.0 - deepest).abs()));
+        let path = match nearest {
+            Some(&(_, path)) if target < deepest - SAME_M => path,
+            _ => line,
+        };
+        self.deepest[line] = deepest.max(target);
+        (path, reached(&self.paths[path], target, contact.direction, self.stage_compliance))
+    }
+
+    /// Force of the tip on the phantom (N).
+    pub(in super::super) fn force(&self, (path, depth): Along) -> Vec3 {
+        self.paths[path].force(depth).into()
+    }
+
+    /// Displacements of the markers (m), three a marker.
+    pub(in super::super) fn moved(&self, (path, depth): Along) -> DVector<f64> {
+        let rows = (0..self.markers).flat_map(|m| self.paths[path].watched(depth, m));
+        DVector::from_iterator(3 * self.markers, rows)
+    }
 }
 
 impl LargeCourse {
@@ -80,67 +149,32 @@ impl LargeCourse {
         stage_compliance: f64,
         markers: &[[f64; 3]],
     ) -> Result<Option<Self>, SimError> {
-        if material(world).is_none() {
+        let Some(mut body) = LargeBody::of(world, body, contacts, stage_compliance, markers)? else {
             return Ok(None);
-        }
-        let lines = lines(contacts);
-        let ways: Vec<Ways> = lines
-            .par_iter()
-            .map(|line| Ok(corrected(ways(world, line, markers, &USUAL)?, &linear(world, body, line)?)))
-            .collect::<Result<_, SimError>>()?;
-        // The first way of each line, then the ways back.
-        let mut paths: Vec<LoadPath> = ways.iter().map(|w| w.first.clone()).collect();
-        let mut back = Vec::new();
-        for way in ways {
-            let from = paths.len();
-            back.push(way.again.iter().enumerate().map(|(i, a)| (a.0, from + i)).collect::<Vec<_>>());
-            paths.extend(way.again.into_iter().map(|a| a.1));
-        }
-        let mut deepest = vec![0.0_f64; lines.len()];
-        let mut places = Vec::with_capacity(contacts.len());
-        for contact in contacts {
-            places.push(contact.map(|contact| {
-                let line = lines.iter().position(|l| l.holds(&contact)).unwrap_or(0);
-                let target = contact.target.dot(&contact.direction);
-                let path = match back[line]
-                    .iter()
-                    .min_by(|a, b| (a.0 - deepest[line]).abs().total_cmp(&(b.0 - deepest[line]).abs()))
-                {
-                    Some(&(_, path)) if target < deepest[line] - SAME_M => path,
-                    _ => line,
-                };
-                deepest[line] = deepest[line].max(target);
-                (path, reached(&paths[path], target, contact.direction, stage_compliance))
-            }));
-        }
-        Ok(Some(Self { step_s, paths, places, markers: markers.len() }))
+        };
+        let places = contacts.iter().map(|contact| contact.as_ref().map(|c| body.step(c))).collect();
+        Ok(Some(Self { step_s, body, places }))
     }
 
     /// Force at a time (N).
     pub(in super::super) fn force_at(&self, time_s: f64) -> Vec3 {
-        self.blend(time_s, |path, depth| DVector::from_column_slice(&path.force(depth)), 3)
-            .fixed_rows::<3>(0)
-            .into_owned()
+        let force = |at: Along| DVector::from_column_slice(self.body.force(at).as_slice());
+        self.blend(time_s, force, 3).fixed_rows::<3>(0).into_owned()
     }
 
     /// Displacements of the markers at a time (m).
     pub(in super::super) fn moved_at(&self, time_s: f64) -> DVector<f64> {
-        let moved = |path: &LoadPath, depth: f64| {
-            DVector::from_iterator(3 * self.markers, (0..self.markers).flat_map(|m| path.watched(depth, m)))
-        };
-        self.blend(time_s, moved, 3 * self.markers)
+        self.blend(time_s, |at| self.body.moved(at), 3 * self.body.markers)
     }
 
     /// A quantity of `n` numbers between the two instants around a time.
-    fn blend(&self, time_s: f64, of: impl Fn(&LoadPath, f64) -> DVector<f64>, n: usize) -> DVector<f64> {
+    fn blend(&self, time_s: f64, of: impl Fn(Along) -> DVector<f64>, n: usize) -> DVector<f64> {
         let place = (time_s / self.step_s).clamp(0.0, (self.places.len() - 1) as f64);
         let nearest = place.round();
         let place = if (place - nearest).abs() < 1e-6 { nearest } else { place };
         let before = (place as usize).min(self.places.len() - 2);
         let share = place - before as f64;
-        let at = |i: usize| {
-            self.places[i].map_or_else(|| DVector::zeros(n), |(path, depth)| of(&self.paths[path], depth))
-        };
+        let at = |i: usize| self.places[i].map_or_else(|| DVector::zeros(n), &of);
         if share == 0.0 { at(before) } else { at(before) * (1.0 - share) + at(before + 1) * share }
     }
 }

@@ -12,5 +12,5 @@ mod effect;
 mod material;
 mod solid;
 
-pub(super) use course::LargeCourse;
+pub(super) use course::{LargeBody, LargeCourse};
 pub use effect::{Large, StiffeningLaw};

@@ -10,7 +10,7 @@ use crate::sim::supports::Restraint;
 use std::sync::OnceLock;
 
 /// A small phantom, made once for all tests here.
-fn phantom() -> &'static Phantom {
+pub(in super::super) fn phantom() -> &'static Phantom {
     static PHANTOM: OnceLock<Phantom> = OnceLock::new();
     PHANTOM.get_or_init(|| {
         let plan = PhantomPlan {
@@ -30,7 +30,7 @@ fn phantom() -> &'static Phantom {
 }
 
 /// A session without noise on it.
-fn world(effects: Vec<Effect>) -> World {
+pub(in super::super) fn world(effects: Vec<Effect>) -> World {
     let quiet = Noise { force_n: [0.0; 3], torque_nm: [0.0; 3], marker_m: [0.0; 3], stage_m: [0.0; 3] };
     let press = |site: usize, depth_m, rate_m_s| Press {
         site,

@@ -1,0 +1,183 @@
+//! A world that goes on as it is told where the stage is: the reduced model behind the simulated devices.
+//!
+//! Where [`World::record`] knows when each poke happens, here the stage comes when it comes. The body is condensed to the world's
+//! sites, and the world's pokes say along which lines it will be pressed; a tip that enters the phantom is taken to be on the nearest
+//! of these lines, so that a place that no poke names answers as its neighbour does.
+
+use super::body::change;
+use super::camera::{Camera, lag};
+use super::condensed::SessionBody;
+use super::effect::check;
+use super::force_sensor::ForceSensor;
+use super::history::Carrier;
+use super::large::LargeBody;
+use super::motion::{Carriage, Contact, contacts};
+use super::phantom::Phantom;
+use super::plan::World;
+use crate::geometry::Vec3;
+use crate::sim::SimError;
+use nalgebra::DVector;
+use std::collections::VecDeque;
+
+/// Step of time (s). A motion of 8 mm/s goes 8 µm in it.
+const STEP_S: f64 = 1e-3;
+/// A tip beside its line by more than this is still on the phantom, but nobody asked for what the model says there (m).
+const BESIDE_M: f64 = 0.02;
+/// A tip that is farther in than this without having touched came from elsewhere (m): 8 mm/s go so far in a quarter of a second.
+const FIRST_TOUCH_M: f64 = 0.002;
+
+/// A bench that goes on in time.
+pub struct Live {
+    world: World,
+    body: SessionBody,
+    way: Way,
+    carriage: Carriage,
+    sensor: ForceSensor,
+    camera: Camera,
+    markers: Vec<[f64; 3]>,
+    instants: u64,
+    /// Pokes so far, and the one in progress as an index into those of the world.
+    touches: usize,
+    touched: Option<usize>,
+    /// Force of the tip on the phantom at the last two instants (N).
+    force: [Vec3; 2],
+    /// What moved the markers lately, the newest last: as far back as the camera is late.
+    recent: VecDeque<Loaded>,
+}
+
+/// How the phantom gives way.
+enum Way {
+    Small(Box<Carrier>),
+    Large(LargeBody),
+}
+
+/// What moves the markers.
+enum Loaded {
+    /// y of the condensed phantom.
+    Small(DVector<f64>),
+    /// The way of a tip at large strain, and how far along it is (m).
+    Large(Option<(usize, f64)>),
+}
+
+impl Live {
+    /// A bench on a phantom that was prepared from the world's plan. Force and camera are read at the world's rates.
+    ///
+    /// # Errors
+    /// [`SimError`] as for [`World::record`].
+    pub fn new(world: World, phantom: &Phantom) -> Result<Self, SimError> {
+        if phantom.plan != world.phantom {
+            return Err(SimError::OtherPhantom { session: world.name.clone() });
+        }
+        check(&world)?;
+        let body = SessionBody::new(&world, phantom, change(&world)?.as_ref())?;
+        let setup = world.setup(STEP_S);
+        let planned = contacts(&world, &world.timeline()?, STEP_S);
+        let large = LargeBody::of(&world, &body, &planned, setup.stage_compliance, &phantom.markers)?;
+        let way = match large {
+            Some(large) => Way::Large(large),
+            None => Way::Small(Box::new(Carrier::new(&body, setup, STEP_S))),
+        };
+        let instruments = &world.instruments;
+        Ok(Self {
+            carriage: Carriage::new(&world),
+            sensor: ForceSensor::new(&world, instruments.sensor_rate_hz),
+            camera: Camera::new(&world, instruments.frame_rate_hz),
+            markers: phantom.markers.clone(),
+            instants: 0,
+            touches: 0,
+            touched: None,
+            force: [Vec3::zeros(); 2],
+            recent: VecDeque::new(),
+            world,
+            body,
+            way,
+        })
+    }
+
+    /// Time that has been gone through (s).
+    pub fn time_s(&self) -> f64 {
+        self.instants as f64 * STEP_S
+    }
+
+    /// Goes on until `time_s`, with the tip's centre at `tip_m` (m, phantom frame) as the stage reports it.
+    ///
+    /// # Errors
+    /// [`SimError`]: equations without a solution.
+    pub fn advance(&mut self, time_s: f64, tip_m: [f64; 3]) -> Result<(), SimError> {
+        while self.time_s() < time_s {
+            let contact = self.contact(Vec3::from(tip_m));
+            let (force, loaded) = match &mut self.way {
+                Way::Small(carrier) => {
+                    let (force, loads) = carrier.step(&self.body, contact.as_ref())?;
+                    (force, Loaded::Small(loads))
+                }
+                Way::Large(body) => {
+                    let along = contact.as_ref().map(|c| body.step(c));
+                    (along.map_or(Vec3::zeros(), |a| body.force(a)), Loaded::Large(along))
+                }
+            };
+            self.force = [self.force[1], force];
+            self.recent.push_back(loaded);
+            while self.recent.len() > 1 + (lag(&self.world) / STEP_S).round() as usize {
+                self.recent.pop_front();
+            }
+            self.instants += 1;
+        }
+        Ok(())
+    }
+
+    /// What the force sensor reads at a time within the last step: force (N) and moment about the tip's centre (N·m), of the tip on the
+    /// phantom, in the phantom frame. Each call is one reading, with noise of its own.
+    pub fn wrench(&mut self, time_s: f64) -> [f64; 6] {
+        let share = (1.0 - (self.time_s() - time_s) / STEP_S).clamp(0.0, 1.0);
+        let force = self.force[0] * (1.0 - share) + self.force[1] * share;
+        let (force, torque) = self.sensor.read(&self.world, force, time_s);
+        [force.x, force.y, force.z, torque.x, torque.y, torque.z]
+    }
+
+    /// What the camera sees now: number and position (m) of each marker. Each call is one frame, with noise of its own.
+    pub fn markers(&mut self) -> Vec<(u32, [f64; 3])> {
+        let n = 3 * self.markers.len();
+        let moved = match (self.recent.front(), &self.way) {
+            (Some(Loaded::Small(loads)), _) => &self.body.watched * loads,
+            (Some(Loaded::Large(Some(along))), Way::Large(body)) => body.moved(*along),
+            _ => DVector::zeros(n),
+        };
+        let site = self.touched.and_then(|p| self.world.phantom.sites.get(self.world.pokes[p].site));
+        let tip = site.map(|s| (Vec3::from(s.centre_m), s.radius_m));
+        let seen = self.camera.frame(&self.world, &self.markers, &moved, tip);
+        seen.into_iter().map(|(index, position)| (index + 1, position)).collect()
+    }
+
+    /// Whether the tip is in the phantom, and on which line.
+    fn contact(&mut self, tip: Vec3) -> Option<Contact> {
+        let depth_on = |poke: usize| {
+            let press = &self.world.pokes[poke];
+            let off = tip - Vec3::from(self.world.phantom.sites[press.site].centre_m);
+            let depth = off.dot(&Vec3::from(press.direction));
+            (depth, (off - Vec3::from(press.direction) * depth).norm())
+        };
+        let nearest = self.touched.or_else(|| {
+            let lines = (0..self.world.pokes.len()).map(|poke| (poke, depth_on(poke)));
+            lines
+                .filter(|(_, (depth, beside))| (0.0..FIRST_TOUCH_M).contains(depth) && *beside < BESIDE_M)
+                .min_by(|a, b| a.1.1.total_cmp(&b.1.1))
+                .map(|(poke, _)| poke)
+        });
+        let inside = |&poke: &usize| {
+            let (depth, beside) = depth_on(poke);
+            depth >= 0.0 && beside < BESIDE_M
+        };
+        let poke = nearest.filter(inside);
+        if poke.is_some() && self.touched.is_none() {
+            self.touches += 1;
+        }
+        self.touched = poke;
+        let (poke, time_s) = (poke?, self.time_s());
+        let depth = depth_on(poke).0;
+        self.carriage.contact(&self.world, self.touches, &self.world.pokes[poke], depth, time_s)
+    }
+}
+
+#[cfg(test)]
+mod tests;

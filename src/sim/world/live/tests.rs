@@ -1,0 +1,86 @@
+//! The bench that goes on in time against the one that knows its session beforehand.
+
+use super::super::effect::Effect;
+use super::super::large::{Large, StiffeningLaw};
+use super::super::memory::{Memory, PronyTerm};
+use super::super::record::tests::{phantom, world};
+use super::super::rig::Rig;
+use super::*;
+use crate::sim::timeline::Scheduled;
+
+/// A tip that goes where the planned session's goes feels the same force and moves the markers alike, up to the steps of time: at
+/// 4 mm/s a step is 4 µm, 0.2 % of the depth.
+#[test]
+fn a_tip_that_keeps_to_the_plan_meets_the_same_phantom() {
+    let relaxation =
+        Memory::Relaxation { terms: vec![PronyTerm { relaxed_fraction: 0.3, time_constant_s: 1.0 }] };
+    let stiffening = Large::StrainStiffening { law: StiffeningLaw::Fung, stiffening: 2.0 };
+    for effects in [
+        vec![],
+        vec![Effect::Memory(relaxation), Effect::Rig(Rig::Backlash { backlash_m: 3e-4 })],
+        vec![Effect::Rig(Rig::LateContact { gap_m: 4e-4 }), Effect::Rig(Rig::CameraLag { lag_s: 0.05 })],
+        vec![Effect::Rig(Rig::ForceDrift { rate_n_per_s: [1e-3, 0.0, 2e-3] })],
+        vec![Effect::Large(stiffening)],
+    ] {
+        let world = world(effects);
+        let recording = world.record(phantom()).expect("a recording");
+        let timeline = world.timeline().expect("a timeline");
+        let mut live = Live::new(world.clone(), phantom()).expect("a bench");
+        let largest = recording.wrench.force_n.iter().map(|f| Vec3::from(*f).norm()).fold(0.0, f64::max);
+        let mut compared = 0;
+        let mut frames = recording.markers.frame_time_s.iter().enumerate().skip(1).peekable();
+        for (&t, &expected) in recording.wrench.time_s.iter().zip(&recording.wrench.force_n).skip(1) {
+            // As a stage would be followed: one position for each step of time.
+            while live.time_s() < t - 0.5 * STEP_S {
+                let now = live.time_s();
+                let tip = timeline.at(now).map_or(Vec3::new(0.0, 0.0, 1.0), |(poke, depth)| {
+                    let plan = timeline.pokes[poke].plan;
+                    Vec3::from(plan.site_m) + Vec3::from(plan.direction) * depth
+                });
+                live.advance(now + 0.5 * STEP_S, tip.into()).expect("a step");
+            }
+            // Whether the very first and last instant still touch is a matter of rounding.
+            let limit = |p: &Scheduled| (t - p.start_s).abs() < STEP_S || (t - p.end_s).abs() < STEP_S;
+            if timeline.pokes.iter().any(limit) {
+                continue;
+            }
+            let wrench = live.wrench(t);
+            let off = (Vec3::from(expected) - Vec3::new(wrench[0], wrench[1], wrench[2])).norm();
+            assert!(off < 0.005 * largest, "{:?} at {t} s: off by {off} of {largest} N", world.effects);
+            while frames.next_if(|f| *f.1 < t - 1e-6).is_some() {}
+            if let Some((frame, _)) = frames.next_if(|f| (f.1 - t).abs() < 1e-6) {
+                compared += 1;
+                let rows = recording.markers.rows.iter().filter(|r| r.frame as usize == frame);
+                for (number, position) in live.markers() {
+                    let Some(row) = rows.clone().find(|r| r.marker + 1 == number) else { continue };
+                    let off = (Vec3::from(row.position_m) - Vec3::from(position)).norm();
+                    assert!(off < 2e-5, "{:?}: marker {number} off by {off} m at {t} s", world.effects);
+                }
+            }
+        }
+        assert!(compared > 50, "{compared} frames");
+        assert_eq!(live.touches, 3);
+    }
+}
+
+/// A bench on which nobody means to poke is one all the same.
+#[test]
+fn a_bench_without_pokes_goes_on_in_time() {
+    let mut live = Live::new(World { pokes: vec![], ..world(vec![]) }, phantom()).expect("a bench");
+    live.advance(0.01, [0.05, 0.03, 0.03]).expect("steps");
+    assert_eq!(live.wrench(0.01), [0.0; 6]);
+}
+
+/// In the air nothing is felt, beside the phantom neither.
+#[test]
+fn a_tip_in_the_air_feels_nothing() {
+    let mut live = Live::new(world(vec![]), phantom()).expect("a bench");
+    for tip in [[0.05, 0.03, 0.0245], [0.2, 0.03, 0.02], [-0.01, 0.03, 0.012]] {
+        live.advance(live.time_s() + 0.01, tip).expect("steps");
+        assert_eq!(live.wrench(live.time_s()), [0.0; 6], "{tip:?}");
+    }
+    for height in [0.0235, 0.0225] {
+        live.advance(live.time_s() + 0.01, [0.0517, 0.0323, height]).expect("steps");
+    }
+    assert!(live.wrench(live.time_s())[2] < -0.1);
+}
