@@ -15,6 +15,7 @@
 //! | 1 | [`fem`] | what the phantom does under a load |
 //! | 2 | [`driver`] | how real hardware speaks |
 //! | 2 | [`sim`] | a bench with physics of its own, sharing no element, load or material with [`fem`]; also at the level of bytes |
+//! | 2 | [`session`] | what was recorded, safely; a recording as devices again |
 //! | 2 | [`inverse`] | which parameters explain the observations, and how surely |
 //! | 3 | [`diagnose`] | what the model left out |
 //! | 3 | [`dataset`] | sessions and recording bundles turned into observations, and back |
@@ -48,6 +49,7 @@ pub mod inverse;
 pub mod mesh;
 pub mod observation;
 pub mod report;
+pub mod session;
 pub mod sim;
 pub mod sparse;
 pub mod units;

@@ -1,0 +1,8 @@
+//! Does a session come back as it was written: whole, killed, damaged, on a full disk, replayed, as tables.
+
+mod damage;
+mod disk;
+mod fixtures;
+mod kill;
+mod replay;
+mod round_trip;
