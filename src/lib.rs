@@ -19,6 +19,7 @@
 //! | 2 | [`inverse`] | which parameters explain the observations, and how surely |
 //! | 3 | [`diagnose`] | what the model left out |
 //! | 3 | [`dataset`] | sessions and recording bundles turned into observations, and back |
+//! | 3 | [`acquire`] | how a protocol is checked, run and stopped |
 //! | 4 | [`report`] | what a person should see |
 //! | 5 | [`cli`] | what was typed, and the exit code |
 //!
@@ -37,6 +38,7 @@
 //! Everything is in the phantom frame (right-handed, the mesh's coordinates). Forces are those of the tip on
 //! the phantom.
 
+pub mod acquire;
 pub mod cli;
 pub mod clock;
 pub mod dataset;

@@ -1,0 +1,145 @@
+//! Is the force still within its limits, and is the sensor still telling the truth? Watched on raw counts, by a thread of its own.
+//!
+//! The thread owns the sensor. It compares every record with limits that were turned into counts beforehand, and trips the
+//! [`Latch`] itself; only then are the records handed on. Once it runs it allocates nothing, waits for nobody, and touches no disk.
+//! What it does not know, it takes for a reason to stop.
+
+use super::latch::{Cause, Latch, StopOnPanic};
+use super::live::LiveForce;
+use crate::clock::HostTime;
+use crate::device::{DeviceError, ForceFormat, ForceRecord, ForceSensor, SequenceStep, SequenceTracker};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// How long one wait for records may take: so often it is looked whether the watch is over.
+const WAIT: Duration = Duration::from_millis(2);
+/// Room for records: more than a socket hands over between two looks.
+const ROOM: usize = 4096;
+
+/// What the force may be, and what the sensor may do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Limits {
+    /// Largest reading less the zero, along each axis of the sensor (N, N·m).
+    pub(super) wrench: [f64; 6],
+    /// Reading with nothing at the tip (counts).
+    pub(super) zero: [f64; 6],
+    /// Longest silence.
+    pub(super) silence: Duration,
+    /// Most records in a row that may be lost.
+    pub(super) gap: u32,
+    /// Most records in a row with the sensor's clock standing.
+    pub(super) frozen: u32,
+}
+
+/// The limits in counts, compared with integers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Window {
+    low: [i32; 6],
+    high: [i32; 6],
+}
+
+impl Window {
+    fn new(limits: &Limits, format: &ForceFormat) -> Self {
+        let scale = |axis: usize| {
+            if axis < 3 { format.counts_per_newton } else { format.counts_per_newton_metre }
+        };
+        // Casts saturate: a limit beyond what counts can say never trips, which the pre-flight refuses.
+        let bound =
+            |axis: usize, sign: f64| (limits.zero[axis] + sign * limits.wrench[axis] * scale(axis)) as i32;
+        Self { low: std::array::from_fn(|a| bound(a, -1.0)), high: std::array::from_fn(|a| bound(a, 1.0)) }
+    }
+
+    /// The first axis outside.
+    fn outside(&self, counts: [i32; 6]) -> Option<usize> {
+        (0..6).find(|&axis| counts[axis] < self.low[axis] || counts[axis] > self.high[axis])
+    }
+}
+
+/// The judgement of one stream, record by record.
+#[derive(Debug)]
+struct Judge {
+    limits: Limits,
+    format: ForceFormat,
+    window: Window,
+    tracker: SequenceTracker,
+    frozen: u32,
+}
+
+impl Judge {
+    fn new(limits: Limits, format: ForceFormat) -> Self {
+        let tracker = SequenceTracker::new(format.ticks_a_record());
+        Self { limits, format, window: Window::new(&limits, &format), tracker, frozen: 0 }
+    }
+
+    /// Why to stop at this record, if at all.
+    fn cause(&mut self, record: &ForceRecord) -> Option<Cause> {
+        if record.status & self.format.stop_mask != 0 {
+            return Some(Cause::SensorStatus { status: record.status });
+        }
+        if let Some(axis) = self.window.outside(record.counts) {
+            let scale =
+                if axis < 3 { self.format.counts_per_newton } else { self.format.counts_per_newton_metre };
+            let value = (f64::from(record.counts[axis]) - self.limits.zero[axis]) / scale;
+            return Some(Cause::Limit { axis, value, limit: self.limits.wrench[axis] });
+        }
+        match self.tracker.observe(record) {
+            SequenceStep::Frozen => self.frozen += 1,
+            SequenceStep::Gap(records) if records > self.limits.gap => {
+                return Some(Cause::SensorGap { records });
+            }
+            SequenceStep::Restarted => return Some(Cause::SensorRestarted),
+            SequenceStep::First | SequenceStep::Next | SequenceStep::Gap(_) => self.frozen = 0,
+            SequenceStep::Duplicate | SequenceStep::Late => {}
+        }
+        (self.frozen > self.limits.frozen).then_some(Cause::SensorFrozen)
+    }
+}
+
+/// Watches `sensor` until `over`, or until it is lost; trips `latch` at the first reason to stop, and goes on watching and recording
+/// after it: what follows a stop is worth knowing. `hand` is given all records, also when
+/// there are none, and must neither wait nor allocate.
+///
+/// # Errors
+/// [`DeviceError`]: the sensor is lost. The latch is tripped then.
+pub(super) fn watch(
+    sensor: &mut dyn ForceSensor,
+    limits: Limits,
+    latch: &Latch,
+    live: &LiveForce,
+    over: &AtomicBool,
+    mut hand: impl FnMut(&[ForceRecord]),
+) -> Result<(), DeviceError> {
+    let _stop = StopOnPanic(latch);
+    let mut judge = Judge::new(limits, *sensor.format());
+    let mut records: Vec<ForceRecord> = Vec::with_capacity(ROOM);
+    let mut last = HostTime::now();
+    while !over.load(Ordering::Acquire) {
+        records.clear();
+        if let Err(lost) = sensor.receive(HostTime::now() + WAIT, &mut records) {
+            latch.trip(Cause::SensorLost, HostTime::now());
+            return Err(lost);
+        }
+        for record in &records {
+            if let Some(cause) = judge.cause(record) {
+                latch.trip(cause, record.host);
+            }
+            live.see(record.counts);
+        }
+        match records.last() {
+            Some(record) => last = record.host,
+            None => {
+                let now = HostTime::now();
+                let silent = now.since(last);
+                if silent > judge.limits.silence {
+                    let for_ms = u64::try_from(silent.as_millis()).unwrap_or(u64::MAX);
+                    latch.trip(Cause::SensorSilent { for_ms }, now);
+                }
+            }
+        }
+        hand(&records);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

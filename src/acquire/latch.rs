@@ -1,0 +1,232 @@
+//! Whether a run has to stop, and why: set once, by whoever sees it first, from any thread.
+
+use crate::clock::HostTime;
+use crate::device::Stopper;
+use std::fmt;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Why a run was stopped before its end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cause {
+    /// More force or torque than the limit along an axis of the sensor: 0 to 2 force, 3 to 5 torque.
+    Limit {
+        /// Axis of the sensor.
+        axis: usize,
+        /// Reading less its zero (N or N·m).
+        value: f64,
+        /// Limit (N or N·m).
+        limit: f64,
+    },
+    /// The sensor says that its readings are not to be trusted.
+    SensorStatus {
+        /// Status word.
+        status: u32,
+    },
+    /// The sensor repeats one reading.
+    SensorFrozen,
+    /// The sensor's stream began anew: somebody else asked for it, or the sensor restarted.
+    SensorRestarted,
+    /// No record for too long.
+    SensorSilent {
+        /// How long (ms).
+        for_ms: u64,
+    },
+    /// Too many records in a row never came.
+    SensorGap {
+        /// How many.
+        records: u32,
+    },
+    /// The sensor is not there any more.
+    SensorLost,
+    /// The stage is not there any more, or does not answer.
+    StageSilent,
+    /// The stage has latched a fault of its own.
+    StageFault {
+        /// Its code.
+        code: u8,
+    },
+    /// The controller was reset.
+    StageReset,
+    /// The stage stands where it was not sent to, or is on its way for far too long.
+    StageAstray,
+    /// The stage refuses to do what was asked.
+    StageRefuses,
+    /// What is recorded does not reach the disk.
+    Recorder,
+    /// The camera is not there any more.
+    CameraLost,
+    /// A person pressed the key or Ctrl-C.
+    Asked,
+    /// A part of this program gave up.
+    Panic,
+}
+
+impl Cause {
+    /// Whether the tip may be taken back out of the phantom after it. Not when a person asked for the stop, who may have had a hand in
+    /// between, and not when the stage is not to be trusted.
+    pub fn may_retract(&self) -> bool {
+        match self {
+            Self::Limit { .. }
+            | Self::SensorStatus { .. }
+            | Self::SensorFrozen
+            | Self::SensorRestarted
+            | Self::SensorSilent { .. }
+            | Self::SensorGap { .. }
+            | Self::SensorLost
+            | Self::Recorder
+            | Self::CameraLost => true,
+            Self::StageSilent
+            | Self::StageFault { .. }
+            | Self::StageReset
+            | Self::StageAstray
+            | Self::StageRefuses
+            | Self::Asked
+            | Self::Panic => false,
+        }
+    }
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const AXES: [&str; 6] = ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"];
+        match *self {
+            Self::Limit { axis, value, limit } => {
+                let unit = if axis < 3 { "N" } else { "N·m" };
+                write!(
+                    f,
+                    "{} of the sensor is {value:.3} {unit}; the limit is {limit:.3} {unit}",
+                    AXES[axis % 6]
+                )
+            }
+            Self::SensorStatus { status } => write!(f, "the force sensor reports status {status:#010x}"),
+            Self::SensorFrozen => f.write_str("the force sensor repeats one reading: its clock stands"),
+            Self::SensorRestarted => {
+                f.write_str("the force sensor's stream began anew: another client, or the sensor restarted")
+            }
+            Self::SensorSilent { for_ms } => write!(f, "the force sensor said nothing for {for_ms} ms"),
+            Self::SensorGap { records } => {
+                write!(f, "{records} records of the force sensor in a row were lost")
+            }
+            Self::SensorLost => f.write_str("the force sensor is lost"),
+            Self::StageSilent => f.write_str("the stage is lost or does not answer"),
+            Self::StageFault { code } => write!(f, "the stage has latched fault {code}"),
+            Self::StageReset => f.write_str("the stage's controller was reset"),
+            Self::StageAstray => f.write_str("the stage is not where it was sent to"),
+            Self::StageRefuses => f.write_str("the stage refuses to do what it was asked"),
+            Self::Recorder => f.write_str("what is recorded does not reach the disk"),
+            Self::CameraLost => f.write_str("the camera is lost"),
+            Self::Asked => f.write_str("stopped by hand"),
+            Self::Panic => f.write_str("a part of the program gave up"),
+        }
+    }
+}
+
+/// What is known of a stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tripped {
+    /// Why.
+    pub cause: Cause,
+    /// When what caused it had arrived.
+    pub seen: HostTime,
+    /// When the stop bytes had been handed to the operating system; none when that failed.
+    pub sent: Option<HostTime>,
+}
+
+/// Set once. Setting it stops the stage from the thread that sets it, before anything else is done.
+pub struct Latch {
+    stopper: Box<dyn Stopper>,
+    asked: AtomicBool,
+    tripped: OnceLock<Tripped>,
+}
+
+impl fmt::Debug for Latch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Latch").field("tripped", &self.tripped.get()).finish_non_exhaustive()
+    }
+}
+
+impl Latch {
+    /// Open, with a way to the stage.
+    pub fn new(stopper: Box<dyn Stopper>) -> Self {
+        Self { stopper, asked: AtomicBool::new(false), tripped: OnceLock::new() }
+    }
+
+    /// Stops the stage, once; later causes change nothing. Allocates nothing.
+    pub fn trip(&self, cause: Cause, seen: HostTime) {
+        // The bytes go out before the cause can be read: whoever sees the latch set may rely on them.
+        if self.asked.swap(true, Ordering::AcqRel) {
+            return;
+        }
+        let sent = self.stopper.stop_now().ok();
+        // Only the first caller comes this far.
+        let _ = self.tripped.set(Tripped { cause, seen, sent });
+    }
+
+    /// Latches the stage again after it was cleared to take the tip out.
+    pub(super) fn stop_again(&self) {
+        // The stage stands; a port that is gone now changes nothing.
+        let _ = self.stopper.stop_now();
+    }
+
+    /// What stopped the run; none while nothing did.
+    pub fn tripped(&self) -> Option<Tripped> {
+        self.tripped.get().copied()
+    }
+}
+
+/// Trips the latch when the thread that holds it panics.
+#[derive(Debug)]
+pub(super) struct StopOnPanic<'a>(pub(super) &'a Latch);
+
+impl Drop for StopOnPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.trip(Cause::Panic, HostTime::now());
+        }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicU32;
+
+    /// Counts how often it was used.
+    pub(in crate::acquire) struct Counted(pub(in crate::acquire) Arc<AtomicU32>);
+
+    impl Stopper for Counted {
+        fn stop_now(&self) -> std::io::Result<HostTime> {
+            self.0.fetch_add(1, Ordering::SeqCst);
+            Ok(HostTime::now())
+        }
+    }
+
+    #[test]
+    fn the_first_cause_stays_and_stops_the_stage_once() {
+        let count = Arc::new(AtomicU32::new(0));
+        let latch = Latch::new(Box::new(Counted(count.clone())));
+        assert_eq!(latch.tripped(), None);
+        latch.trip(Cause::Asked, HostTime::from_nanos(5));
+        latch.trip(Cause::SensorLost, HostTime::from_nanos(6));
+        let tripped = latch.tripped().expect("tripped");
+        assert_eq!((tripped.cause, tripped.seen.nanos()), (Cause::Asked, 5));
+        assert!(tripped.sent.is_some());
+        assert_eq!(count.load(Ordering::SeqCst), 1);
+    }
+
+    #[test]
+    fn a_thread_that_panics_stops_the_stage() {
+        let count = Arc::new(AtomicU32::new(0));
+        let latch = Arc::new(Latch::new(Box::new(Counted(count.clone()))));
+        let shared = latch.clone();
+        let thread = std::thread::spawn(move || {
+            let _stop = StopOnPanic(&shared);
+            panic!("on purpose");
+        });
+        assert!(thread.join().is_err());
+        assert_eq!(latch.tripped().expect("tripped").cause, Cause::Panic);
+        assert_eq!(count.load(Ordering::SeqCst), 1);
+    }
+}

@@ -1,0 +1,28 @@
+//! What a session says of a run besides the streams: names and details of its events. `dataset` reads them again.
+
+use crate::acquire::plan::{Leg, PlanStep};
+use crate::clock::HostTime;
+use crate::session::Event;
+use serde_json::{Value, json};
+
+/// An event with details, which are a JSON object.
+pub(super) fn event(name: &'static str, poke: Option<u32>, detail: Value) -> Event {
+    let mut event = Event::new(HostTime::now(), name);
+    event.poke = poke;
+    if let Value::Object(detail) = detail {
+        event.detail = detail;
+    }
+    event
+}
+
+/// A step begins.
+pub(super) fn step(step: &PlanStep) -> Event {
+    let planned = &step.step;
+    let id = planned.id.to_string();
+    event("step", planned.poke, json!({"number": planned.number, "id": id, "kind": planned.kind.name()}))
+}
+
+/// A leg begins.
+pub(super) fn leg(step: &PlanStep, leg: &Leg) -> Event {
+    event("leg", step.step.poke, json!({"phase": leg.phase.name()}))
+}
