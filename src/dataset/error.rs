@@ -37,6 +37,17 @@ pub enum DatasetError {
         /// Why.
         source: io::Error,
     },
+    /// A session that cannot be read.
+    #[error("the session")]
+    Session(#[from] crate::session::SessionError),
+    /// A session that says too little to be a recording.
+    #[error("{}: the session lacks {what}", session.display())]
+    SessionWithout {
+        /// Its folder.
+        session: PathBuf,
+        /// What a recording needs.
+        what: &'static str,
+    },
     /// Text in UTF-16.
     #[error("{}: the text is UTF-16; expected UTF-8 (save it again as \"UTF-8\" or \"CSV UTF-8\")", file.display())]
     Utf16 {

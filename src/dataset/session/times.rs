@@ -1,0 +1,90 @@
+//! When was a report or a record: its device's count on the host's clock, in seconds from an origin.
+
+use crate::clock::{DeviceClock, HostTime};
+
+/// A count that falls back by more than this tells of a device that was reset (s): records that come late are not so late.
+const BACK_S: f64 = 1.0;
+/// So does one that runs ahead of the host's clock by more than this (s): what waited to be fetched did not wait so long.
+const AHEAD_S: f64 = 60.0;
+/// Of each span of so long only the promptest arrival is kept (s).
+const SPAN_S: f64 = 0.1;
+
+/// A count that wraps, made one that does not, with the arrivals that say how it runs.
+#[derive(Debug, Clone)]
+pub(super) struct Arrivals {
+    tick_s: f64,
+    origin: HostTime,
+    /// Count, the same without wrapping, and host time (s) of the latest arrival.
+    last: Option<(u32, u64, f64)>,
+    /// Device time and host time (s): of each span the promptest.
+    prompt: Vec<[f64; 2]>,
+    /// Whether the count followed the clock all the time.
+    steady: bool,
+}
+
+impl Arrivals {
+    /// `tick_s` seconds a count; host times from `origin`.
+    pub(super) fn new(tick_s: f64, origin: HostTime) -> Self {
+        Self { tick_s, origin, last: None, prompt: Vec::new(), steady: true }
+    }
+
+    /// Takes the next arrival; its device time (s).
+    pub(super) fn next(&mut self, count: u32, host: HostTime) -> f64 {
+        let host = host.seconds_after(self.origin);
+        let total = match self.last {
+            // A record that comes late after all has an earlier count.
+            Some((last, total, before)) => {
+                let step = i64::from(count.wrapping_sub(last) as i32);
+                let step_s = step as f64 * self.tick_s;
+                self.steady &= step_s > -BACK_S && step_s < host - before + AHEAD_S;
+                total.saturating_add_signed(step)
+            }
+            // Room below, for records that come before the first.
+            None => u64::from(count) + (1 << 32),
+        };
+        self.last = Some((count, total, host));
+        let device = total as f64 * self.tick_s;
+        match self.prompt.last_mut() {
+            Some(last) if device - last[0] < SPAN_S && device >= last[0] => {
+                if host - device < last[1] - last[0] {
+                    *last = [device, host];
+                }
+            }
+            Some(last) if device < last[0] => {}
+            _ => self.prompt.push([device, host]),
+        }
+        device
+    }
+
+    /// The device's clock; none where it was reset or nothing came.
+    pub(super) fn clock(&self) -> Option<DeviceClock> {
+        self.steady.then(|| DeviceClock::from_arrivals(&self.prompt)).flatten()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 1 kHz counts that wrap, delays of 1 ms to 30 ms and of 2 s at the start: device times fall on the true ones plus the least delay.
+    #[test]
+    fn late_arrivals_of_a_wrapping_count_fall_into_place() {
+        let origin = HostTime::from_nanos(5_000_000_000);
+        let mut arrivals = Arrivals::new(1e-3, origin);
+        let first = u32::MAX - 500;
+        let mut device = Vec::new();
+        for n in 0..9000_u32 {
+            let waited_us = 2_000_000_u64.saturating_sub(u64::from(n) * 1000);
+            let delay_us = 1000 + waited_us + (u64::from(n) * 7919) % 29_000;
+            let host = HostTime::from_nanos(5_000_000_000 + u64::from(n) * 1_000_000 + delay_us * 1000);
+            device.push(arrivals.next(first.wrapping_add(n), host));
+        }
+        let clock = arrivals.clock().expect("steady");
+        for (n, d) in device.into_iter().enumerate() {
+            assert!((clock.host_s(d) - (n as f64 * 1e-3 + 1e-3)).abs() < 5e-5, "{n}");
+        }
+        // A device that starts anew is no clock.
+        arrivals.next(7, HostTime::from_nanos(14_100_000_000));
+        assert_eq!(arrivals.clock(), None);
+    }
+}
