@@ -20,6 +20,7 @@
 //! | 3 | [`diagnose`] | what the model left out |
 //! | 3 | [`dataset`] | sessions and recording bundles turned into observations, and back |
 //! | 3 | [`acquire`] | how a protocol is checked, run and stopped |
+//! | 3 | [`rig`] | which devices stand behind a configuration |
 //! | 4 | [`report`] | what a person should see |
 //! | 5 | [`cli`] | what was typed, and the exit code |
 //!
@@ -51,6 +52,7 @@ pub mod inverse;
 pub mod mesh;
 pub mod observation;
 pub mod report;
+pub mod rig;
 pub mod session;
 pub mod sim;
 pub mod sparse;

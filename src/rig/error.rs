@@ -1,0 +1,80 @@
+//! Why a rig file cannot be used, or the devices that it names cannot be had.
+
+use crate::driver::DriverError;
+use crate::sim::SimError;
+use std::io;
+use std::path::PathBuf;
+
+/// What is wrong with a rig.
+#[derive(Debug, thiserror::Error)]
+pub enum RigError {
+    /// The file cannot be read.
+    #[error("{}: can't be read", file.display())]
+    Read {
+        /// The rig file.
+        file: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is no TOML, or a key is missing, unknown or of the wrong kind.
+    #[error("{}: {reason}{}", file.display(), meant(nearest))]
+    Refused {
+        /// The rig file.
+        file: PathBuf,
+        /// What the parser says, with line and column.
+        reason: String,
+        /// The known key that looks most like an unknown one.
+        nearest: Option<String>,
+    },
+    /// A value that makes no sense.
+    #[error("{}: {key} is {found}; expected {expected}", file.display())]
+    Value {
+        /// The rig file.
+        file: PathBuf,
+        /// Section and key.
+        key: &'static str,
+        /// What it holds.
+        found: String,
+        /// What it should.
+        expected: &'static str,
+    },
+    /// A Prony series with unequal lists.
+    #[error(
+        "{effect}: {fractions} relaxed fractions and {times} time constants; expected as many of both, at least one"
+    )]
+    UnequalSeries {
+        /// Entry of the physics catalogue.
+        effect: &'static str,
+        /// Fractions.
+        fractions: usize,
+        /// Time constants.
+        times: usize,
+    },
+    /// A device cannot be had.
+    #[error(transparent)]
+    Driver(#[from] DriverError),
+    /// The simulated bench cannot be made.
+    #[error("the simulated bench")]
+    Bench(#[from] SimError),
+    /// A simulated device without a simulated bench.
+    #[error("the {device} is simulated, but the rig file has no section [simulation]")]
+    NoBench {
+        /// Which device.
+        device: &'static str,
+    },
+    /// The phantom is not a simulated one.
+    #[error("the phantom's mesh is simulated, but the rig file has no section [simulation]")]
+    NoSimulation,
+    /// The simulated devices cannot be put on their ports.
+    #[error("the simulated {device} has no port")]
+    NoPort {
+        /// Stage or force sensor.
+        device: &'static str,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+fn meant(nearest: &Option<String>) -> String {
+    nearest.as_ref().map(|n| format!("\n  did you mean {n}?")).unwrap_or_default()
+}

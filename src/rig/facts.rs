@@ -1,0 +1,158 @@
+//! What a rig file says that a plan and a session have to know, in SI.
+
+use super::file::{ContactWord, RigKeys, ShapeWord};
+use super::reading::without_simulation;
+use super::{RigError, SIMULATED};
+use crate::device::{Mounting, SensorMounting, StageLimits};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// A rig file, read and checked.
+#[derive(Debug, Clone)]
+pub struct RigFile {
+    pub(super) keys: RigKeys,
+    pub(super) file: PathBuf,
+    text: String,
+    mounting: Mounting,
+}
+
+const MM: f64 = 1e-3;
+
+impl RigFile {
+    /// Reads and checks a rig file. Nothing is opened.
+    ///
+    /// # Errors
+    /// [`RigError`] with file and key.
+    pub fn read(file: &Path) -> Result<Self, RigError> {
+        let (keys, text) = RigKeys::read(file)?;
+        let mounting = keys.mounting(file)?;
+        Ok(Self { keys, file: file.to_owned(), text, mounting })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.keys.name
+    }
+
+    /// The text of the file without what it says of a simulated phantom: fits and reports never see that.
+    pub fn public_text(&self) -> String {
+        without_simulation(&self.text)
+    }
+
+    /// Whether any of its devices is simulated.
+    pub fn is_simulated(&self) -> bool {
+        let keys = &self.keys;
+        [&keys.stage.port, &keys.force.address].into_iter().any(|name| name == SIMULATED)
+    }
+
+    /// How the stage carries the tip.
+    pub fn mounting(&self) -> Mounting {
+        self.mounting
+    }
+
+    /// Where the tip is with the stage at zero (m), and where it goes when an axis goes up.
+    pub fn axes(&self) -> ([f64; 3], [[f64; 3]; 2]) {
+        (self.keys.stage.origin_mm.map(|x| x * MM), self.keys.stage.directions)
+    }
+
+    /// How far beside the plane of motion a place may lie (m).
+    pub fn beside_m(&self) -> f64 {
+        self.keys.stage.beside_mm * MM
+    }
+
+    /// How the sensor lies.
+    pub fn sensor(&self) -> SensorMounting {
+        self.keys.sensor()
+    }
+
+    /// What the stage may be asked to do. The stage itself may allow less: that is looked at when it is opened.
+    pub fn limits(&self) -> StageLimits {
+        let stage = &self.keys.stage;
+        StageLimits {
+            travel_m: stage.travel_mm.map(|t| t.map(|x| x * MM)),
+            speed_m_s: stage.most_speed_mm_s.map(|x| x * MM),
+            acceleration_m_s2: stage.most_acceleration_mm_s2.map(|x| x * MM),
+            step_m: [1e-6; 2],
+        }
+    }
+
+    /// Speeds of travel and approach (m/s), acceleration of motions and deceleration of stops (m/s²).
+    pub fn speeds(&self) -> [f64; 4] {
+        let stage = &self.keys.stage;
+        [
+            stage.travel_speed_mm_s,
+            stage.approach_speed_mm_s,
+            stage.acceleration_mm_s2,
+            stage.stop_deceleration_mm_s2,
+        ]
+        .map(|x| x * MM)
+    }
+
+    /// Clearance above the phantom, run-up of a poke, and how far off its surface a site may lie (m).
+    pub fn heights_m(&self) -> [f64; 3] {
+        let stage = &self.keys.stage;
+        [stage.clearance_mm, stage.run_up_mm, stage.surface_tolerance_mm].map(|x| x * MM)
+    }
+
+    /// Rest between two contacts, at least (s).
+    pub fn rest_s(&self) -> f64 {
+        self.keys.stage.rest_s
+    }
+
+    /// What passes between a force and its datagram, and between a stop on its way and the motors (s).
+    pub fn latencies_s(&self) -> [f64; 2] {
+        [self.keys.force.latency_ms, self.keys.stage.latency_ms].map(|x| x * MM)
+    }
+
+    /// Force (N) and torque (N·m) at which the stage is stopped, along the sensor's axes.
+    pub fn force_limits(&self) -> ([f64; 3], f64) {
+        (self.keys.force.limit_n, self.keys.force.limit_nm)
+    }
+
+    /// What the sensor measures (N, N·m).
+    pub fn force_range(&self) -> [f64; 6] {
+        let force = &self.keys.force;
+        std::array::from_fn(|i| if i < 3 { force.range_n[i] } else { force.range_nm[i - 3] })
+    }
+
+    /// Records of the sensor a second.
+    pub fn force_rate_hz(&self) -> f64 {
+        self.keys.force.rate_hz
+    }
+
+    /// The sensor's longest silence, most records lost in a row, most records with its clock standing.
+    pub fn patience(&self) -> (Duration, u32, u32) {
+        let force = &self.keys.force;
+        (Duration::from_millis(force.silence_ms), force.gap_records, force.frozen_records)
+    }
+
+    /// Radius (m), shape and contact of the tip, in the words of a recording bundle.
+    pub fn tip(&self) -> (f64, &'static str, &'static str) {
+        let tip = &self.keys.tip;
+        let shape = match tip.shape {
+            ShapeWord::Pad => "pad",
+            ShapeWord::Flat => "flat",
+        };
+        let contact = match tip.contact {
+            ContactWord::Bonded => "bonded",
+            ContactWord::Unilateral => "unilateral",
+        };
+        (tip.radius_mm * MM, shape, contact)
+    }
+
+    /// Lowest and highest corner of the phantom (m, phantom frame).
+    pub fn phantom_box(&self) -> [[f64; 3]; 2] {
+        [self.keys.phantom.low_mm, self.keys.phantom.high_mm].map(|corner| corner.map(|x| x * MM))
+    }
+
+    /// Poisson's ratio, density (kg/m³) and the range in which Young's modulus is expected (Pa).
+    pub fn phantom(&self) -> (f64, f64, [f64; 2]) {
+        let phantom = &self.keys.phantom;
+        (phantom.poisson_ratio, phantom.density_kg_m3, phantom.modulus_range_kpa.map(|x| x * 1e3))
+    }
+
+    /// The mesh file; none for that of the simulated phantom.
+    pub fn mesh(&self) -> Option<PathBuf> {
+        self.keys.mesh(&self.file)
+    }
+}

@@ -1,0 +1,166 @@
+//! The devices of a rig, opened: real ones through their drivers, simulated ones through the same drivers to the simulated bench.
+
+use super::file::ControllerWord;
+use super::{RigError, RigFile, SIMULATED};
+use crate::device::{ForceSensor, MarkerSource, Stage};
+use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings};
+use crate::mesh::TetMesh;
+use crate::observation::PlannedPoke;
+use crate::sim::bytes::{
+    GrblDialect, GrblEmulator, GrblSetup, NativeStageEmulator, NativeStageSetup, NetFtEmulator, NetFtSetup,
+};
+use crate::sim::{LiveBench, World};
+use std::net::Ipv4Addr;
+
+/// A rig's devices. What stands behind simulated ones lives as long as they do.
+pub struct Devices {
+    /// The stage.
+    pub stage: Box<dyn Stage>,
+    /// The force sensor.
+    pub force: Box<dyn ForceSensor>,
+    /// Where marker positions come from, if anything tells them.
+    pub markers: Option<Box<dyn MarkerSource>>,
+    simulated: Simulated,
+}
+
+/// The far ends of simulated ports. Dropped after the devices: their fields come first.
+#[derive(Default)]
+struct Simulated {
+    world: Option<World>,
+    _native: Option<NativeStageEmulator>,
+    _grbl: Option<GrblEmulator>,
+    _net_ft: Option<NetFtEmulator>,
+}
+
+impl Devices {
+    /// The mesh of the simulated phantom.
+    ///
+    /// # Errors
+    /// [`RigError`]: the phantom is not simulated.
+    pub fn simulated_mesh(&self) -> Result<TetMesh, RigError> {
+        let world = self.simulated.world.as_ref().ok_or(RigError::NoSimulation)?;
+        Ok(world.fit_mesh()?)
+    }
+}
+
+impl RigFile {
+    /// Opens all devices. A simulated bench is made ready for `pokes`, which takes seconds.
+    ///
+    /// # Errors
+    /// [`RigError`]: a device that is not there, that answers otherwise, or whose settings do not serve; two devices on one port.
+    pub fn open(&self, pokes: &[PlannedPoke]) -> Result<Devices, RigError> {
+        let keys = &self.keys;
+        let bench = match &keys.simulation {
+            Some(simulation) => {
+                let (ratio, _, range) = self.phantom();
+                let world = simulation.world(&keys.name, ratio, range, keys.force.rate_hz, pokes)?;
+                let bench = LiveBench::new(world.clone(), self.mounting(), self.sensor())?;
+                Some((world, bench))
+            }
+            None => None,
+        };
+        let mut simulated =
+            Simulated { world: bench.as_ref().map(|(world, _)| world.clone()), ..Simulated::default() };
+        let bench = bench.map(|(_, bench)| bench);
+        let bench_for = |device: &'static str| bench.clone().ok_or(RigError::NoBench { device });
+
+        let stage = &keys.stage;
+        let port = |simulated: Option<&str>| simulated.map_or_else(|| stage.port.clone(), str::to_owned);
+        let is_simulated = stage.port == SIMULATED;
+        let stage: Box<dyn Stage> = match stage.controller {
+            ControllerWord::Native => {
+                if is_simulated {
+                    let bench = bench_for("stage")?;
+                    let emulator =
+                        NativeStageEmulator::start(self.native_setup(), move |at| bench.stage_at(at));
+                    simulated._native =
+                        Some(emulator.map_err(|source| RigError::NoPort { device: "stage", source })?);
+                }
+                let port = port(simulated._native.as_ref().map(NativeStageEmulator::port));
+                Box::new(NativeStage::connect(&NativeOptions {
+                    baud: stage.baud,
+                    ..NativeOptions::new(port)
+                })?)
+            }
+            ControllerWord::Grbl => {
+                if is_simulated {
+                    let bench = bench_for("stage")?;
+                    let emulator = GrblEmulator::start(self.grbl_setup(), move |at| bench.stage_at(at));
+                    simulated._grbl =
+                        Some(emulator.map_err(|source| RigError::NoPort { device: "stage", source })?);
+                }
+                let port = port(simulated._grbl.as_ref().map(GrblEmulator::port));
+                let axes = stage.axes.unwrap_or(['X', 'Z']);
+                let reports = stage.reports_hz.unwrap_or(10.0);
+                let options =
+                    GrblOptions { baud: stage.baud, axes, moving_rate_hz: reports, ..GrblOptions::new(port) };
+                Box::new(GrblStage::connect(&options)?)
+            }
+        };
+
+        let settings = if keys.force.address == SIMULATED {
+            let bench = bench_for("force sensor")?;
+            let mut last = [0.0; 6];
+            let wrench = move |time_s: f64| {
+                // A bench without a solution repeats its last reading: what it said before stands.
+                last = bench.wrench(time_s).unwrap_or(last);
+                last
+            };
+            let setup = NetFtSetup {
+                rate_hz: keys.force.rate_hz,
+                range: self.force_range(),
+                ..NetFtSetup::default()
+            };
+            let emulator = NetFtEmulator::start(setup, wrench)
+                .map_err(|source| RigError::NoPort { device: "force sensor", source })?;
+            let settings = NetFtSettings {
+                http_port: emulator.http_port(),
+                rdt_port: emulator.rdt_port(),
+                ..NetFtSettings::at(Ipv4Addr::LOCALHOST.to_string())
+            };
+            simulated._net_ft = Some(emulator);
+            settings
+        } else {
+            NetFtSettings::at(keys.force.address.clone())
+        };
+        let force = NetFt::open(&NetFtSettings { expected_rate_hz: Some(keys.force.rate_hz), ..settings })?;
+
+        let markers: Option<Box<dyn MarkerSource>> = match &keys.markers {
+            Some(source) if source.source == SIMULATED => Some(Box::new(bench_for("markers")?.markers())),
+            Some(_) | None => None,
+        };
+        Ok(Devices { stage, force: Box::new(force), markers, simulated })
+    }
+
+    /// The emulated stage that does what the rig file says, with own firmware.
+    fn native_setup(&self) -> NativeStageSetup {
+        let limits = self.limits();
+        let micrometres = |m: f64| (m * 1e6).round() as i32;
+        let mut setup = NativeStageSetup::default();
+        for axis in 0..2 {
+            let ([low, high], own) = (limits.travel_m[axis], &mut setup.firmware.axes[axis]);
+            own.travel_low_um = micrometres(low);
+            own.travel_high_um = micrometres(high);
+            own.max_speed_um_s = micrometres(limits.speed_m_s[axis]).unsigned_abs();
+            own.max_acceleration_um_s2 = micrometres(limits.acceleration_m_s2[axis]).unsigned_abs();
+            setup.switches_m[axis] = [0.0, high + 1e-3];
+            setup.ends_m[axis] = [-2e-3, high + 3e-3];
+            setup.start_m[axis] = 0.25 * (low + high);
+        }
+        setup
+    }
+
+    /// The emulated stage that does what the rig file says, with Grbl.
+    fn grbl_setup(&self) -> GrblSetup {
+        let limits = self.limits();
+        let mut setup = GrblSetup::bench(GrblDialect::Hal);
+        for (axis, number) in (0..2).zip([0_u16, 2]) {
+            // It homes to its upper end, pulls off by a millimetre, and counts down from there.
+            let [low, _] = limits.travel_m[axis];
+            setup.settings.insert(110 + number, limits.speed_m_s[axis] * 60e3);
+            setup.settings.insert(120 + number, limits.acceleration_m_s2[axis] * 1e3);
+            setup.settings.insert(130 + number, -low * 1e3);
+        }
+        setup
+    }
+}
