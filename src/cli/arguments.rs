@@ -6,10 +6,15 @@ use super::check::CheckArguments;
 use super::completions::CompletionArguments;
 use super::conceal::ConcealArguments;
 use super::diagnose::DiagnoseArguments;
+use super::doctor::DoctorArguments;
 use super::draw::DrawArguments;
 use super::experiment::BlockExperimentArguments;
 use super::fit::FitArguments;
+use super::plan::PlanArguments;
 use super::prove::ProveArguments;
+use super::replay::ReplayArguments;
+use super::run_protocol::RunArguments;
+use super::session::SessionAction;
 use clap::{Parser, Subcommand};
 
 /// Pokes a soft phantom, and finds its Young's modulus and hidden elastic restraint.
@@ -49,7 +54,19 @@ pub(super) enum Command {
     Conceal(ConcealArguments),
     Prove(ProveArguments),
     Bench(BenchArguments),
+    Plan(PlanArguments),
+    Run(RunArguments),
+    Session(SessionArguments),
+    Replay(ReplayArguments),
+    Doctor(DoctorArguments),
     Completions(CompletionArguments),
+}
+
+/// Looks at sessions, rescues them, and turns them into something else.
+#[derive(Debug, clap::Args)]
+pub(super) struct SessionArguments {
+    #[command(subcommand)]
+    pub(super) action: SessionAction,
 }
 
 /// Makes meshes.

@@ -99,7 +99,7 @@ mod tests {
         let out = place.path().join("demo");
         let arguments =
             DrawArguments { seed: None, demo: true, finite_strain: false, force: false, out: out.clone() };
-        let context = Context { progress: Progress::silent() };
+        let context = Context { progress: Progress::silent(), shows: false };
         run(&arguments, &context).expect("a bundle");
         let (read, suspicions) = read_bundle(&out).expect("a sound bundle");
         assert!(suspicions.is_empty(), "{suspicions:?}");

@@ -43,6 +43,8 @@ pub struct Outcome {
 pub struct Context {
     /// Where long work reports; silent with `--quiet`, with `--json` and without a terminal.
     pub progress: Progress,
+    /// Whether anything but results is told at all: neither `--quiet` nor `--json`.
+    pub shows: bool,
 }
 
 /// An error that only reading the arguments together could show; exits with [`Exit::Usage`].

@@ -1,10 +1,9 @@
 //! Arguments → one subcommand → its outcome printed, or its error → exit code.
 
 use super::arguments::{Cli, Command, Experiment, Shape};
-use super::staged::clean_up_on_interrupt;
 use super::{
     Context, Exit, Outcome, Progress, UsageError, bench, block_mesh, check, completions, conceal, diagnose,
-    draw, experiment, fit, prove,
+    doctor, draw, experiment, fit, interrupt, plan, prove, replay, run_protocol, session,
 };
 use anyhow::Context as _;
 use clap::Parser;
@@ -34,9 +33,9 @@ pub fn run() -> ExitCode {
 }
 
 fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
-    clean_up_on_interrupt().context("can't listen for Ctrl-C")?;
+    interrupt::listen().context("can't listen for Ctrl-C")?;
     let progress = Progress::new(cli.quiet || cli.json);
-    let context = Context { progress };
+    let context = Context { progress, shows: !(cli.quiet || cli.json) };
     match &cli.command {
         Command::Fit(arguments) => fit::run(arguments, &context),
         Command::Diagnose(arguments) => diagnose::run(arguments, &context),
@@ -50,7 +49,12 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Draw(arguments) => draw::run(arguments, &context),
         Command::Conceal(arguments) => conceal::run(arguments, &context),
         Command::Prove(arguments) => prove::run(arguments, &context),
+        Command::Plan(arguments) => plan::run(arguments, &context),
+        Command::Run(arguments) => run_protocol::run(arguments, &context),
         Command::Bench(arguments) => bench::run(arguments, &context),
+        Command::Session(arguments) => session::run(&arguments.action),
+        Command::Replay(arguments) => replay::run(arguments),
+        Command::Doctor(arguments) => doctor::run(arguments, &context),
         Command::Completions(arguments) => Ok(completions::run(arguments)),
     }
 }

@@ -12,9 +12,6 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// The file by which this program knows a result folder of its own.
 const MARK: &str = ".phantom-rig";
 
-/// What Ctrl-C exits with: 128 + SIGINT.
-const INTERRUPTED: i32 = 130;
-
 /// Why results could not be put in place.
 #[derive(Debug, thiserror::Error)]
 pub enum StagedError {
@@ -59,15 +56,14 @@ fn staged() -> MutexGuard<'static, Vec<PathBuf>> {
     STAGED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Makes Ctrl-C and a polite kill remove what is staged and exit with 130.
-pub(super) fn clean_up_on_interrupt() -> Result<(), ctrlc::Error> {
-    ctrlc::set_handler(|| {
-        // The lock is never given back: nothing may be staged or moved into place any more.
-        for folder in staged().iter() {
-            remove(folder);
-        }
-        std::process::exit(INTERRUPTED);
-    })
+/// Removes everything that is staged, before the program is ended.
+pub(super) fn remove_staged() {
+    let folders = staged();
+    for folder in folders.iter() {
+        remove(folder);
+    }
+    // Never given back: nothing may be staged or moved into place any more.
+    std::mem::forget(folders);
 }
 
 /// Removes a folder into which somebody may still be writing.

@@ -1,0 +1,256 @@
+//! `doctor`: which devices are there, do they answer, and what to do next.
+
+use super::{Context, Exit, Outcome};
+use crate::clock::HostTime;
+use crate::device::{ForceSensor, Losses, Stage, StageState};
+use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings, serial_ports};
+use crate::rig::RigFile;
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Looks for devices and says what they answer.
+///
+/// Without --rig: asks every serial port who is there, first in this project's own protocol, then in Grbl's (opening a port resets some
+/// boards: nothing may be moving), and the force sensor at --force. With --rig: opens the rig's own devices. Nothing is moved.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  phantom-rig doctor
+  phantom-rig doctor --force 192.168.1.1
+  phantom-rig doctor --rig rigs/sim.toml")]
+pub(super) struct DoctorArguments {
+    /// Open the devices of this rig
+    #[arg(long, value_name = "FILE")]
+    rig: Option<PathBuf>,
+    /// Address of the force sensor
+    #[arg(long, value_name = "ADDRESS", conflicts_with = "rig")]
+    force: Option<String>,
+    /// Ask only this serial port
+    #[arg(long, value_name = "PORT", conflicts_with = "rig")]
+    port: Vec<String>,
+}
+
+/// How long a force stream is listened to.
+const LISTEN: Duration = Duration::from_secs(2);
+
+/// One thing that was looked at.
+struct Finding {
+    text: String,
+    json: Value,
+    good: bool,
+}
+
+pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Result<Outcome> {
+    let spinner = context.progress.spinner("asking");
+    let mut findings = Vec::new();
+    if let Some(file) = &arguments.rig {
+        let rig = RigFile::read(file)?;
+        let mut devices = rig.open(&[])?;
+        findings.push(stage(devices.stage.as_mut()));
+        findings.push(force(devices.force.as_mut()));
+    } else {
+        let ports = if arguments.port.is_empty() { serial_ports()? } else { arguments.port.clone() };
+        if ports.is_empty() {
+            findings.push(Finding {
+                text: "no serial port: is the stage plugged in and switched on, and may you open it (group dialout)?".to_owned(),
+                json: json!({"stage": null}),
+                good: false,
+            });
+        }
+        let first = findings.len();
+        for port in ports {
+            spinner.label(&format!("asking {port}"));
+            findings.push(who(&port));
+        }
+        // A port with something else behind it is no fault where another one has a stage.
+        let found = findings[first..].iter().any(|f| f.good);
+        findings[first..].iter_mut().for_each(|f| f.good |= found && f.json.get("native").is_some());
+        match &arguments.force {
+            Some(address) => {
+                spinner.label(&format!("asking {address}"));
+                match NetFt::open(&NetFtSettings::at(address.clone())) {
+                    Ok(mut sensor) => findings.push(force(&mut sensor)),
+                    Err(error) => findings.push(Finding {
+                        text: format!("force sensor at {address}: {}", chain(&error)),
+                        json: json!({"force": address, "error": chain(&error)}),
+                        good: false,
+                    }),
+                }
+            }
+            None => findings.push(Finding {
+                text: "force sensor: name its address with --force; as delivered it is 192.168.1.1"
+                    .to_owned(),
+                json: json!({"force": null}),
+                good: true,
+            }),
+        }
+    }
+    drop(spinner);
+    let good = findings.iter().all(|f| f.good);
+    let mut text: Vec<String> = findings.iter().map(|f| f.text.clone()).collect();
+    text.push(if good {
+        "next: put ports and addresses into a rig file (rigs/bench-ati-*.toml), then phantom-rig plan"
+            .to_owned()
+    } else {
+        "next: see to what is said above, then run doctor again".to_owned()
+    });
+    Ok(Outcome {
+        exit: if good { Exit::Good } else { Exit::Degraded },
+        text: text.join("\n"),
+        json: json!({"format": "phantom-doctor/1", "good": good, "findings": findings.into_iter().map(|f| f.json).collect::<Vec<_>>()}),
+    })
+}
+
+/// Who answers on a port.
+fn who(port: &str) -> Finding {
+    let native = match NativeStage::connect(&NativeOptions::new(port)) {
+        Ok(mut found) => return stage(&mut found),
+        Err(error) => chain(&error),
+    };
+    match GrblStage::connect(&GrblOptions::new(port)) {
+        Ok(mut found) => stage(&mut found),
+        Err(error) => Finding {
+            text: format!(
+                "{port}: no stage that this program knows\n  own protocol: {native}\n  Grbl: {}",
+                chain(&error)
+            ),
+            json: json!({"stage": port, "native": native, "grbl": chain(&error)}),
+            good: false,
+        },
+    }
+}
+
+fn stage(stage: &mut dyn Stage) -> Finding {
+    let identity = stage.identity().clone();
+    let limits = *stage.limits();
+    let answer = stage.report(HostTime::now() + Duration::from_secs(2));
+    let (state, good) = match &answer {
+        Ok(Some(report)) => match report.state {
+            StageState::Fault { code } => {
+                (format!("latched in fault {code}: look at the bench, then run with --clear"), false)
+            }
+            _ if report.homed => ("ready".to_owned(), true),
+            _ => ("not homed: run will home it first".to_owned(), true),
+        },
+        Ok(None) => ("does not report".to_owned(), false),
+        Err(error) => (chain(error), false),
+    };
+    let mm = |x: f64| x * 1e3;
+    let axis = |a: usize| {
+        format!(
+            "{:.1} to {:.1} mm, {:.1} mm/s, {:.0} mm/s²",
+            mm(limits.travel_m[a][0]),
+            mm(limits.travel_m[a][1]),
+            mm(limits.speed_m_s[a]),
+            mm(limits.acceleration_m_s2[a])
+        )
+    };
+    Finding {
+        text: format!(
+            "stage at {}: {} ({}), {state}\n  axis 0: {}\n  axis 1: {}",
+            identity.port,
+            identity.controller,
+            identity.firmware,
+            axis(0),
+            axis(1)
+        ),
+        json: json!({
+            "stage": identity.port, "controller": identity.controller, "firmware": identity.firmware, "state": state,
+            "travel_m": limits.travel_m, "speed_m_s": limits.speed_m_s, "acceleration_m_s2": limits.acceleration_m_s2,
+        }),
+        good,
+    }
+}
+
+/// Rate, losses and the unevenness of a force stream.
+fn force(sensor: &mut dyn ForceSensor) -> Finding {
+    let identity = sensor.identity().clone();
+    let format = *sensor.format();
+    match listen(sensor) {
+        Ok(heard) => {
+            let lost = heard.losses.lost + heard.losses.malformed;
+            let good =
+                lost == 0 && heard.status.is_empty() && (heard.rate_hz / format.rate_hz - 1.0).abs() < 0.02;
+            let status = if heard.status.is_empty() { "sound".to_owned() } else { heard.status.join(", ") };
+            Finding {
+                text: format!(
+                    "force sensor at {}: {} {} ({}), {status}\n  {:.1} records a second of {}, {lost} lost of {}; longest pause {:.1} ms; \
+                     first record {:.1} ms after the request",
+                    identity.address,
+                    identity.product,
+                    identity.calibration,
+                    identity.configuration,
+                    heard.rate_hz,
+                    format.rate_hz,
+                    heard.losses.received,
+                    heard.pause_s * 1e3,
+                    heard.first_s * 1e3
+                ),
+                json: json!({
+                    "force": identity.address, "product": identity.product, "calibration": identity.calibration,
+                    "rate_hz": heard.rate_hz, "set_rate_hz": format.rate_hz, "received": heard.losses.received, "lost": lost,
+                    "longest_pause_s": heard.pause_s, "first_record_s": heard.first_s, "status": heard.status,
+                }),
+                good,
+            }
+        }
+        Err(error) => Finding {
+            text: format!("force sensor at {}: {}", identity.address, chain(&error)),
+            json: json!({"force": identity.address, "error": chain(&error)}),
+            good: false,
+        },
+    }
+}
+
+/// What a stream was like.
+struct Heard {
+    rate_hz: f64,
+    losses: Losses,
+    pause_s: f64,
+    first_s: f64,
+    status: Vec<&'static str>,
+}
+
+fn listen(sensor: &mut dyn ForceSensor) -> Result<Heard, crate::device::DeviceError> {
+    let asked = HostTime::now();
+    sensor.start()?;
+    let (mut records, mut first, mut last, mut pause) =
+        (Vec::with_capacity(4096), None, asked, Duration::ZERO);
+    let (mut count, mut status) = (0_u32, 0);
+    while HostTime::now().since(asked) < LISTEN {
+        records.clear();
+        sensor.receive(HostTime::now() + Duration::from_millis(50), &mut records)?;
+        for record in &records {
+            let since = *first.get_or_insert(record.host);
+            if since != record.host {
+                pause = pause.max(record.host.since(last));
+            }
+            last = record.host;
+            count += 1;
+            status |= record.status;
+        }
+    }
+    sensor.stop()?;
+    let first = first.unwrap_or(last);
+    let span = last.since(first).as_secs_f64();
+    Ok(Heard {
+        rate_hz: if span > 0.0 { f64::from(count.saturating_sub(1)) / span } else { 0.0 },
+        losses: sensor.losses(),
+        pause_s: pause.as_secs_f64(),
+        first_s: first.since(asked).as_secs_f64(),
+        status: if status == 0 { Vec::new() } else { sensor.explain(status) },
+    })
+}
+
+/// An error with all its causes.
+fn chain(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        text.push_str(": ");
+        text.push_str(&cause.to_string());
+        source = cause.source();
+    }
+    text
+}

@@ -1,0 +1,40 @@
+//! What Ctrl-C and a polite kill do: usually the program ends; while a stage moves, it is stopped first.
+
+use super::staged::remove_staged;
+use std::sync::{Mutex, PoisonError};
+
+/// What Ctrl-C exits with: 128 + SIGINT.
+const INTERRUPTED: i32 = 130;
+
+type Hook = Box<dyn Fn() + Send>;
+
+/// What is to be done instead of ending the program.
+static HOOK: Mutex<Option<Hook>> = Mutex::new(None);
+
+/// Makes Ctrl-C and a polite kill remove what is staged and exit with 130, unless somebody holds [`Interrupts`].
+pub(super) fn listen() -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(|| {
+        if let Some(hook) = HOOK.lock().unwrap_or_else(PoisonError::into_inner).as_ref() {
+            return hook();
+        }
+        remove_staged();
+        std::process::exit(INTERRUPTED);
+    })
+}
+
+/// While it lives, an interruption calls what it was made with, and the program goes on to the end that this leads to.
+pub(super) struct Interrupts(());
+
+impl Interrupts {
+    /// Sends interruptions there.
+    pub(super) fn to(hook: impl Fn() + Send + 'static) -> Self {
+        *HOOK.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(hook));
+        Self(())
+    }
+}
+
+impl Drop for Interrupts {
+    fn drop(&mut self) {
+        *HOOK.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}

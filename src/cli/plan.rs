@@ -1,0 +1,43 @@
+//! `plan`: what a protocol will do, how long it takes, and what speaks against it. Nothing moves.
+
+use super::planned::{PlannedArguments, draw};
+use super::{Context, Exit, Outcome};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Prints and draws what a protocol will do on a rig, and checks all of it.
+///
+/// Travel, speed and acceleration of the stage, sites on the phantom, ways clear of it, depths, predicted forces and what a stop
+/// would still add, rest between pokes. Everything that speaks against it is listed; then the exit code is 1. Opens no device.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  phantom-rig plan rigs/protocols/five-pokes.toml --rig rigs/sim.toml
+  phantom-rig plan rigs/protocols/five-pokes.toml --rig rigs/sim.toml --set deep_mm=4 --draw plan.svg")]
+pub(super) struct PlanArguments {
+    #[command(flatten)]
+    planned: PlannedArguments,
+    /// Draw it into this file (SVG)
+    #[arg(long, value_name = "FILE")]
+    draw: Option<PathBuf>,
+}
+
+pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Result<Outcome> {
+    let planned = arguments.planned.read()?;
+    let plan = planned.plan([0.0, 0.0]);
+    if let Some(file) = &arguments.draw {
+        draw(&plan, &planned.bench, file)?;
+    }
+    let table = plan.table();
+    let json = json!({
+        "format": "phantom-plan/1",
+        "name": plan.name,
+        "pokes": plan.pokes(),
+        "duration_s": plan.duration_s,
+        "data_bytes": plan.data_bytes(),
+        "violations": plan.violations.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "drawing": arguments.draw,
+    });
+    let exit = if plan.violations.is_empty() { Exit::Good } else { Exit::Failed };
+    Ok(Outcome { exit, text: table, json })
+}

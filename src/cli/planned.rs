@@ -1,0 +1,208 @@
+//! A protocol and a rig file → a plan, and the bench that it was made for.
+
+use super::UsageError;
+use crate::acquire::{
+    Action, Bench, Latency, ListedPoke, LoadLimits, PhantomBox, Plan, PlannedStep, Profile, Protocol, Stream,
+    from_poke, pad_stiffness_n_per_m,
+};
+use crate::dataset::read_planned_pokes;
+use crate::geometry::Vec3;
+use crate::observation::PlannedPoke;
+use crate::rig::RigFile;
+use anyhow::Context as _;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// A protocol on a rig.
+#[derive(Debug, Args)]
+pub(super) struct PlannedArguments {
+    /// The protocol: a TOML file, or a table of pokes as `diagnose` writes it (.csv)
+    #[arg(value_name = "PROTOCOL")]
+    protocol: PathBuf,
+    /// The rig file
+    #[arg(long, value_name = "FILE")]
+    rig: PathBuf,
+    /// Give a variable of the protocol another value
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
+    /// Begin with this poke
+    #[arg(long, value_name = "POKE")]
+    from: Option<u32>,
+}
+
+/// What is going to be done, where.
+pub(super) struct Planned {
+    pub(super) rig: RigFile,
+    pub(super) bench: Bench,
+    pub(super) protocol: Protocol,
+    pub(super) protocol_text: String,
+    pub(super) steps: Vec<PlannedStep>,
+    pub(super) first_poke: u32,
+}
+
+/// Highest modulus over which no estimate is needed where a phantom is too thin for one: stiffness range per modulus range.
+const THIN: f64 = 4.0;
+
+impl PlannedArguments {
+    /// Reads both files.
+    pub(super) fn read(&self) -> anyhow::Result<Planned> {
+        let rig = RigFile::read(&self.rig)?;
+        let bench = bench(&rig)?;
+        let (protocol, protocol_text) = self.protocol(&rig)?;
+        let steps = protocol.expand();
+        let steps = match self.from {
+            Some(poke) => from_poke(&steps, poke)?.to_vec(),
+            None => steps,
+        };
+        Ok(Planned { rig, bench, protocol, protocol_text, steps, first_poke: self.from.unwrap_or(1) })
+    }
+
+    fn protocol(&self, rig: &RigFile) -> anyhow::Result<(Protocol, String)> {
+        let overrides = self.set.iter().map(|s| assignment(s)).collect::<Result<Vec<_>, _>>()?;
+        let name = self.protocol.display().to_string();
+        if self.protocol.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+            let pokes = read_planned_pokes(&self.protocol)?;
+            let title =
+                self.protocol.file_stem().map_or_else(|| name.clone(), |s| s.to_string_lossy().into_owned());
+            let protocol = of_pokes(&name, &title, &pokes, rig.rest_s())?;
+            let text =
+                std::fs::read_to_string(&self.protocol).with_context(|| format!("{name}: can't be read"))?;
+            return Ok((protocol, text));
+        }
+        let text =
+            std::fs::read_to_string(&self.protocol).with_context(|| format!("{name}: can't be read"))?;
+        Ok((Protocol::parse(&name, &text, &overrides)?, text))
+    }
+}
+
+impl Planned {
+    /// The plan from where the stage is.
+    pub(super) fn plan(&self, start_m: [f64; 2]) -> Plan {
+        Plan::new(self.protocol.name(), &self.steps, &self.bench, start_m)
+    }
+
+    /// The pokes that touch the phantom: what a simulated bench has to be ready for.
+    pub(super) fn pokes(&self) -> Vec<PlannedPoke> {
+        let strokes = self.steps.iter().filter_map(|step| match &step.action {
+            Action::Stroke { site_m, stroke } if !stroke.air => Some((site_m, stroke)),
+            _ => None,
+        });
+        strokes
+            .map(|(site_m, stroke)| {
+                let hold_s = match stroke.profile {
+                    Profile::Press { hold_s, .. } => hold_s,
+                    Profile::Cycles { .. } => 0.0,
+                };
+                PlannedPoke {
+                    site: Vec3::from(*site_m),
+                    direction: stroke.direction.map_or_else(|| self.bench.tip_axis(), Vec3::from),
+                    radius_m: self.bench.tip_radius_m,
+                    depth_m: stroke.deepest_m(),
+                    rate_m_s: stroke.speed_m_s,
+                    hold_s,
+                }
+            })
+            .collect()
+    }
+
+    /// Leaves out everything before a poke.
+    pub(super) fn go_on_from(&mut self, poke: u32) -> anyhow::Result<()> {
+        self.steps = from_poke(&self.protocol.expand(), poke)?.to_vec();
+        self.first_poke = poke;
+        Ok(())
+    }
+
+    /// Whether a step waits for a person.
+    pub(super) fn asks(&self) -> bool {
+        self.steps.iter().any(|step| matches!(step.action, Action::Ask { .. }))
+    }
+}
+
+/// A protocol of pokes that somebody else has chosen.
+fn of_pokes(source: &str, title: &str, pokes: &[PlannedPoke], pause_s: f64) -> anyhow::Result<Protocol> {
+    let listed: Vec<_> = pokes
+        .iter()
+        .map(|poke| ListedPoke {
+            site_m: poke.site.into(),
+            direction: poke.direction.into(),
+            radius_m: poke.radius_m,
+            depth_m: poke.depth_m,
+            rate_m_s: poke.rate_m_s,
+            hold_s: poke.hold_s,
+        })
+        .collect();
+    Ok(Protocol::of_pokes(source, title, &listed, pause_s)?)
+}
+
+/// `name=value`.
+fn assignment(text: &str) -> Result<(String, f64), UsageError> {
+    let parts =
+        text.split_once('=').and_then(|(name, value)| Some((name.trim(), value.trim().parse().ok()?)));
+    parts
+        .map(|(name, value)| (name.to_owned(), value))
+        .ok_or_else(|| UsageError(format!("--set takes NAME=VALUE with a number, got {text}")))
+}
+
+/// The bench of a rig file, as a plan sees it.
+fn bench(rig: &RigFile) -> anyhow::Result<Bench> {
+    let [travel_speed_m_s, approach_speed_m_s, acceleration_m_s2, stop_deceleration_m_s2] = rig.speeds();
+    let [clearance_m, run_up_m, surface_tolerance_m] = rig.heights_m();
+    let [sensor_s, serial_s] = rig.latencies_s();
+    let (force_n, torque_nm) = rig.force_limits();
+    let [low_m, high_m] = rig.phantom_box();
+    let (poisson_ratio, _, modulus_range_pa) = rig.phantom();
+    let (tip_radius_m, _, _) = rig.tip();
+    let thickness_m = (0..3).map(|a| high_m[a] - low_m[a]).fold(f64::INFINITY, f64::min);
+    let half_space = pad_stiffness_n_per_m(modulus_range_pa, poisson_ratio, tip_radius_m, 1e3 * tip_radius_m);
+    let stiffness_n_per_m = pad_stiffness_n_per_m(modulus_range_pa, poisson_ratio, tip_radius_m, thickness_m)
+        .or(half_space.map(|[low, high]| [low, THIN * high]))
+        .with_context(|| format!("{}: the tip's radius gives no stiffness", rig.name()))?;
+    Ok(Bench {
+        limits: rig.limits(),
+        mounting: rig.mounting(),
+        tip_radius_m,
+        phantom: PhantomBox { low_m, high_m },
+        surface_tolerance_m,
+        clearance_m,
+        run_up_m,
+        travel_speed_m_s,
+        approach_speed_m_s,
+        acceleration_m_s2,
+        stop_deceleration_m_s2,
+        latency: Latency { sensor_s, host_s: HOST_S, serial_s },
+        load: LoadLimits { sensor: rig.sensor(), force_n, torque_nm, range: rig.force_range() },
+        stiffness_n_per_m,
+        least_rest_s: rig.rest_s(),
+        streams: streams(rig),
+    })
+}
+
+/// From a datagram's arrival to the stop on its way, at worst (s); measured on a simulated bench, see the README.
+const HOST_S: f64 = 0.005;
+
+/// What is recorded all the time, as it is stored.
+fn streams(rig: &RigFile) -> Vec<Stream> {
+    use crate::session::{Rates, bytes_per_second};
+    let rate = |name, rate_hz: f64, rates: Rates| Stream {
+        name,
+        rate_hz,
+        bytes: (bytes_per_second(rates) - bytes_per_second(Rates::default())) / rate_hz,
+    };
+    let none = Rates::default();
+    let force_hz = rig.force_rate_hz();
+    vec![
+        rate("force", force_hz, Rates { force_hz, ..none }),
+        rate("stage", STAGE_HZ, Rates { stage_hz: STAGE_HZ, ..none }),
+        rate("markers", FRAMES_HZ, Rates { frames_hz: FRAMES_HZ, markers: MARKERS, ..none }),
+    ]
+}
+
+/// Reports of a stage and frames of markers a second, and markers in a frame: what room on the disk is reckoned with.
+const STAGE_HZ: f64 = 100.0;
+const FRAMES_HZ: f64 = 30.0;
+const MARKERS: u32 = 150;
+
+/// Draws a plan into a file.
+pub(super) fn draw(plan: &Plan, bench: &Bench, file: &Path) -> anyhow::Result<()> {
+    std::fs::write(file, plan.drawing(bench)).with_context(|| format!("{}: can't be written", file.display()))
+}

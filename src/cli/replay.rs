@@ -1,0 +1,141 @@
+//! `replay`: a session's devices again, as they were, recorded anew.
+
+use super::run_protocol::MESH;
+use super::{Exit, Outcome, UsageError};
+use crate::clock::HostTime;
+use crate::device::{ForceSensor, MarkerSource, Stage};
+use crate::session::{Outcome as SessionOutcome, Replay, Session, SessionWriter, Speed, Topic};
+use anyhow::Context as _;
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Feeds what a session recorded through the devices' own interfaces, and records it anew.
+///
+/// What comes out is what went in, byte for byte: times, counts and positions are those that were recorded. Says where that is not so.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  phantom-rig replay sessions/monday --out sessions/monday-again
+  phantom-rig replay sessions/monday --speed 4 --out sessions/monday-again")]
+pub(super) struct ReplayArguments {
+    /// The session's folder
+    #[arg(value_name = "SESSION")]
+    session: PathBuf,
+    /// So many times as fast as it was recorded; by default as fast as it can be read
+    #[arg(long, value_name = "TIMES")]
+    speed: Option<f64>,
+    /// The new session: a folder that does not exist yet
+    #[arg(long, value_name = "SESSION")]
+    out: PathBuf,
+}
+
+/// How long one wait for a device may take.
+const WAIT: Duration = Duration::from_millis(50);
+
+pub(super) fn run(arguments: &ReplayArguments) -> anyhow::Result<Outcome> {
+    let session = Session::open(&arguments.session)?;
+    let speed = arguments.speed.map_or(Speed::AsFastAsPossible, Speed::Times);
+    if let Some(times) = arguments.speed.filter(|s| !(*s > 0.0 && s.is_finite())) {
+        return Err(UsageError(format!("--speed takes a number above 0, got {times}")).into());
+    }
+    let writer = SessionWriter::create(&arguments.out, session.start().clone())?;
+    let mesh = arguments.session.join(MESH);
+    if mesh.exists() {
+        std::fs::copy(&mesh, arguments.out.join(MESH))
+            .with_context(|| format!("{}: can't be copied", mesh.display()))?;
+    }
+    let losses = replay(&session, speed, &writer)?;
+    // What no device says is taken over as it is.
+    let mut recorder = writer.recorder().patient();
+    for event in session.events() {
+        recorder.event(event?);
+    }
+    drop(recorder);
+    let outcome = session
+        .stop()
+        .map_or(SessionOutcome::Fail { cause: "interrupted".to_owned() }, |s| s.outcome.clone());
+    writer.finish(outcome, losses, HostTime::now())?;
+    let again = Session::open(&arguments.out)?;
+    let streams = [Topic::Force, Topic::Stage, Topic::Markers];
+    let differing: Vec<&str> =
+        streams.into_iter().filter(|&topic| !same(&session, &again, topic)).map(Topic::name).collect();
+    let name = arguments.out.display();
+    let text = if differing.is_empty() {
+        format!("{name}: the same force, stage and markers, record for record")
+    } else {
+        format!("{name}: {} differ from what was recorded", differing.join(", "))
+    };
+    Ok(Outcome {
+        exit: if differing.is_empty() { Exit::Good } else { Exit::Degraded },
+        text,
+        json: json!({"format": "phantom-replay/1", "session": arguments.out, "differing": differing}),
+    })
+}
+
+/// Lets the three devices run side by side until nothing is left.
+fn replay(session: &Session, speed: Speed, writer: &SessionWriter) -> anyhow::Result<crate::device::Losses> {
+    let replay = Replay::new(session, speed)?;
+    let document = session.start();
+    let mut stage = document.stage.is_some().then(|| replay.stage()).transpose()?;
+    let mut force = document.force.is_some().then(|| replay.force()).transpose()?;
+    let mut markers = document.markers.is_some().then(|| replay.markers()).transpose()?;
+    // All are in use before the first is asked, so that they keep in step.
+    if let Some(force) = &mut force {
+        force.start()?;
+    }
+    std::thread::scope(|scope| {
+        let staged = stage.as_mut().map(|device| {
+            let mut recorder = writer.recorder().patient();
+            scope.spawn(move || -> anyhow::Result<()> {
+                while !device.is_over() {
+                    if let Some(report) = device.report(HostTime::now() + WAIT)? {
+                        recorder.stage(report);
+                    }
+                }
+                Ok(())
+            })
+        });
+        let framed = markers.as_mut().map(|device| {
+            let mut recorder = writer.recorder().patient();
+            scope.spawn(move || -> anyhow::Result<()> {
+                while !device.is_over() {
+                    if let Some(frame) = device.frame(HostTime::now() + WAIT)? {
+                        recorder.markers(frame);
+                    }
+                }
+                Ok(())
+            })
+        });
+        let mut losses = crate::device::Losses::default();
+        if let Some(device) = &mut force {
+            let mut recorder = writer.recorder().patient();
+            let mut records = Vec::with_capacity(4096);
+            while !device.is_over() {
+                records.clear();
+                device.receive(HostTime::now() + WAIT, &mut records)?;
+                if let Some(last) = records.last() {
+                    recorder.force(&records, last.host);
+                }
+            }
+            device.stop()?;
+            losses = device.losses();
+        }
+        for thread in [staged, framed].into_iter().flatten() {
+            thread.join().map_err(|_| anyhow::anyhow!("a replayed device gave up"))??;
+        }
+        Ok(losses)
+    })
+}
+
+/// Whether two sessions hold the same messages of a topic.
+fn same(one: &Session, other: &Session, topic: Topic) -> bool {
+    let (mut a, mut b) = (one.messages(&[topic]), other.messages(&[topic]));
+    loop {
+        match (a.next(), b.next()) {
+            (None, None) => return true,
+            (Some(Ok(a)), Some(Ok(b))) if a.message == b.message => {}
+            _ => return false,
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! `session`: what is in a session, whether all of it is there, what can be saved of a damaged one, and its data as tables or as a
+//! recording bundle.
+
+use super::run_protocol::MESH;
+use super::{Exit, Outcome, StagedFolder};
+use crate::dataset::{read_mesh, read_session, write_bundle};
+use crate::session::{Finding, Info, Outcome as SessionOutcome, Session, recover};
+use anyhow::{Context as _, bail};
+use clap::{Args, Subcommand};
+use serde_json::json;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// What may be done with a session.
+#[derive(Debug, Subcommand)]
+pub(super) enum SessionAction {
+    /// Says what is in a session
+    Info(SessionPath),
+    /// Checks everything that a session says of itself: checksums, counters, times, counts; exit code 3 where something is missing
+    Verify(SessionPath),
+    /// Saves what is readable of a damaged session into a new one, and says what is lost
+    Recover(RecoverArguments),
+    /// Writes a session's data as tables (CSV) or as a recording bundle to be fitted
+    Export(ExportArguments),
+}
+
+/// A session.
+#[derive(Debug, Args)]
+pub(super) struct SessionPath {
+    /// The session's folder
+    #[arg(value_name = "SESSION")]
+    session: PathBuf,
+}
+
+/// What is to be saved where.
+#[derive(Debug, Args)]
+pub(super) struct RecoverArguments {
+    #[command(flatten)]
+    path: SessionPath,
+    /// The new session: a folder that does not exist yet
+    #[arg(long, value_name = "SESSION")]
+    out: PathBuf,
+}
+
+/// What is to be written where.
+#[derive(Debug, Args)]
+pub(super) struct ExportArguments {
+    #[command(flatten)]
+    path: SessionPath,
+    /// Write a recording bundle into this folder
+    #[arg(long, value_name = "BUNDLE", required_unless_present = "csv")]
+    bundle: Option<PathBuf>,
+    /// Write force.csv, stage.csv, markers.csv and events.csv into this folder
+    #[arg(long, value_name = "DIR")]
+    csv: Option<PathBuf>,
+    /// The phantom's mesh; by default the one that the session keeps
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// Replace folders even if this program did not make them
+    #[arg(long)]
+    force: bool,
+}
+
+pub(super) fn run(action: &SessionAction) -> anyhow::Result<Outcome> {
+    match action {
+        SessionAction::Info(path) => info(path),
+        SessionAction::Verify(path) => verify(path),
+        SessionAction::Recover(arguments) => rescue(arguments),
+        SessionAction::Export(arguments) => export(arguments),
+    }
+}
+
+fn info(path: &SessionPath) -> anyhow::Result<Outcome> {
+    let session = Session::open(&path.session)?;
+    let info = session.info()?;
+    let start = session.start();
+    let mut text = format!("{}: {}\n", path.session.display(), info.name);
+    let ended = ended(&info);
+    let _ = writeln!(
+        text,
+        "{}, {:.1} s, {:.1} MB in {} file(s); {ended}",
+        start.started_utc,
+        info.duration_s,
+        info.bytes as f64 / 1e6,
+        info.segments
+    );
+    if let Some(stage) = &start.stage {
+        let _ = writeln!(text, "stage   {} at {}", stage.controller, stage.port);
+    }
+    if let Some(force) = &start.force {
+        let _ = writeln!(
+            text,
+            "force   {} {} at {}, {} records a second",
+            force.product, force.calibration, force.address, force.rate_hz
+        );
+    }
+    for (topic, extent) in &info.topics {
+        let rate = extent.rate_hz.map(|r| format!(", {r:.1} a second")).unwrap_or_default();
+        let _ = writeln!(
+            text,
+            "{:<13} {} messages, {} records{rate}",
+            topic.name(),
+            extent.messages,
+            extent.records
+        );
+    }
+    let force = info.force;
+    let _ = write!(
+        text,
+        "force records: {} lost, {} twice, {} late; {} gaps noticed while recording; {} bytes cannot be read",
+        force.lost,
+        force.duplicated,
+        force.reordered,
+        info.gaps.len(),
+        info.unreadable_bytes
+    );
+    let topics: serde_json::Map<String, serde_json::Value> = (info.topics.iter())
+        .map(|(topic, e)| {
+            (
+                topic.name().to_owned(),
+                json!({"messages": e.messages, "records": e.records, "rate_hz": e.rate_hz, "lost": e.lost}),
+            )
+        })
+        .collect();
+    let json = json!({
+        "format": "phantom-session-info/1",
+        "name": info.name,
+        "outcome": info.outcome,
+        "started_utc": start.started_utc,
+        "segments": info.segments,
+        "bytes": info.bytes,
+        "unreadable_bytes": info.unreadable_bytes,
+        "duration_s": info.duration_s,
+        "topics": topics,
+        "force": {"received": force.received, "lost": force.lost, "duplicated": force.duplicated, "reordered": force.reordered},
+        "gaps": info.gaps.len(),
+    });
+    let sound = matches!(info.outcome, Some(SessionOutcome::Success));
+    Ok(Outcome { exit: if sound { Exit::Good } else { Exit::Degraded }, text, json })
+}
+
+fn ended(info: &Info) -> String {
+    match &info.outcome {
+        Some(SessionOutcome::Success) => "finished".to_owned(),
+        Some(SessionOutcome::Abort { cause }) => format!("ABORTED: {cause}"),
+        Some(SessionOutcome::Fail { cause }) => format!("FAILED: {cause}"),
+        None => "INTERRUPTED: it has no end".to_owned(),
+    }
+}
+
+fn verify(path: &SessionPath) -> anyhow::Result<Outcome> {
+    let session = Session::open(&path.session)?;
+    let findings = session.verify()?;
+    let told: Vec<String> = findings.iter().map(Finding::to_string).collect();
+    let name = path.session.display();
+    let text = if told.is_empty() {
+        format!("{name}: everything is there")
+    } else {
+        format!("{name}:\n  {}", told.join("\n  "))
+    };
+    Ok(Outcome {
+        exit: if told.is_empty() { Exit::Good } else { Exit::Degraded },
+        text,
+        json: json!({"format": "phantom-session-check/1", "findings": told}),
+    })
+}
+
+fn rescue(arguments: &RecoverArguments) -> anyhow::Result<Outcome> {
+    let recovery = recover(&arguments.path.session, &arguments.out)?;
+    let mesh = arguments.path.session.join(MESH);
+    if mesh.exists() && !arguments.out.join(MESH).exists() {
+        // A finished session's folder is sealed already; the mesh can still be given to `export`.
+        let _ = std::fs::copy(&mesh, arguments.out.join(MESH));
+    }
+    let mut text = format!("{}: saved", arguments.out.display());
+    let mut whole = true;
+    for (number, loss) in (1..).zip(&recovery.segments) {
+        whole &= loss.is_none();
+        let saved: u64 = loss.saved.values().sum();
+        let lost: u64 = loss.lost.values().sum();
+        let end = if loss.end_is_known { "" } else { "; what came after the last message is not known" };
+        let _ = write!(
+            text,
+            "\nfile {number}: {saved} messages and {} force records saved; {lost} messages and {} force records known to be lost, \
+             {} bytes unreadable, {:.3} s of damage between{end}",
+            loss.saved_force_records, loss.lost_force_records, loss.bytes, loss.lost_s
+        );
+    }
+    let exit = if whole { Exit::Good } else { Exit::Degraded };
+    Ok(Outcome { exit, text, json: json!({"format": "phantom-recovery/1", "segments": recovery.segments}) })
+}
+
+fn export(arguments: &ExportArguments) -> anyhow::Result<Outcome> {
+    let session = Session::open(&arguments.path.session)?;
+    let mut told = Vec::new();
+    let mut remarks = Vec::new();
+    if let Some(folder) = &arguments.csv {
+        let staged = StagedFolder::new(folder, arguments.force)?;
+        let files = session.export_csv(staged.path())?.len();
+        staged.finish()?;
+        told.push(format!("{}: {files} tables", folder.display()));
+    }
+    let mut pokes = None;
+    if let Some(folder) = &arguments.bundle {
+        let mesh = arguments.mesh.clone().unwrap_or_else(|| session.folder().join(MESH));
+        if !mesh.exists() {
+            bail!("{}: the session keeps no mesh; name one with --mesh", mesh.display());
+        }
+        let from = read_session(&session, read_mesh(&mesh)?)?;
+        let staged = StagedFolder::new(folder, arguments.force)?;
+        write_bundle(&from.recording, staged.path()).context("the bundle")?;
+        staged.finish()?;
+        told.push(format!("{}: {} pokes", folder.display(), from.recording.pokes.len()));
+        pokes = Some(from.recording.pokes.len());
+        remarks = from.remarks;
+    }
+    told.extend(remarks.iter().map(|r| format!("note: {r}")));
+    Ok(Outcome {
+        exit: if remarks.is_empty() { Exit::Good } else { Exit::Degraded },
+        text: told.join("\n"),
+        json: json!({
+            "format": "phantom-session-export/1",
+            "bundle": arguments.bundle,
+            "csv": arguments.csv,
+            "pokes": pokes,
+            "remarks": remarks,
+        }),
+    })
+}
