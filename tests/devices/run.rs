@@ -1,0 +1,465 @@
+//! A whole run on emulated devices, and each fault in the middle of a poke: it stops safely, or goes on with the loss put down.
+//!
+//! The phantom is a spring here: what a run does with forces does not depend on what makes them.
+
+use firmware_proto::ResetCause;
+use phantom_rig::acquire::{
+    Bench, Cause, Conduct, Doing, Instruments, Latch, Latency, LoadLimits, Operator, PhantomBox, Phase, Plan,
+    Protocol, Ran, Watched, conduct,
+};
+use phantom_rig::clock::{HostTime, Rows};
+use phantom_rig::dataset::read_session;
+use phantom_rig::device::{ForceSensor, Mounting, SensorMounting, Stage, StageLimits};
+use phantom_rig::driver::{NativeOptions, NativeStage, NetFt, NetFtSettings};
+use phantom_rig::geometry::{Mat3, Vec3};
+use phantom_rig::mesh::{Block, block as block_mesh};
+use phantom_rig::session::{
+    ForceDocument, HashedText, MountingDocument, Outcome, PhantomDocument, Session, SessionWriter,
+    StageDocument, StartDocument, TipDocument, Topic, utc_text,
+};
+use phantom_rig::sim::bytes::{
+    NativeStageEmulator, NativeStageFaultSwitch, NativeStageSetup, NativeStageTruth, NetFtEmulator,
+    NetFtFaultSwitch, NetFtSetup,
+};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, SystemTime};
+
+/// What the phantom pushes back with (N/m).
+const STIFFNESS: f64 = 250.0;
+/// Records a second: a machine that runs other tests besides keeps up with these.
+const RATE_HZ: f64 = 1000.0;
+/// Longest wait for anything on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Runs are real time: one after the other, whatever else the machine does.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+const PROTOCOL: &str = "format = \"phantom-protocol/1\"\nname = \"two pokes\"\n[defaults]\nspeed_mm_s = 4\npause_s = 1\nhold_s = 1.5\n\
+    [[step]]\nkind = \"poke\"\nsite_mm = [50, 75, 25]\ndepth_mm = 3\n\
+    [[step]]\nkind = \"poke\"\nsite_mm = [55, 75, 25]\ndepth_mm = 2\n";
+
+fn mounting() -> Mounting {
+    Mounting::new([0.045, 0.075, 0.035], [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]], 1e-4).expect("two axes")
+}
+
+fn sensor() -> SensorMounting {
+    SensorMounting { to_phantom: Mat3::identity(), tip_m: Vec3::new(0.0, 0.0, -0.04), reads_reaction: true }
+}
+
+fn bench(force_limit_n: f64) -> Bench {
+    Bench {
+        limits: StageLimits {
+            travel_m: [[5e-4, 0.03], [5e-4, 0.025]],
+            speed_m_s: [0.02; 2],
+            acceleration_m_s2: [0.5; 2],
+            step_m: [1e-6; 2],
+        },
+        mounting: mounting(),
+        tip_radius_m: 0.008,
+        phantom: PhantomBox { low_m: [0.0; 3], high_m: [0.1, 0.15, 0.025] },
+        surface_tolerance_m: 4e-4,
+        clearance_m: 4e-3,
+        run_up_m: 1e-3,
+        travel_speed_m_s: 0.02,
+        approach_speed_m_s: 0.008,
+        acceleration_m_s2: 0.2,
+        stop_deceleration_m_s2: 0.5,
+        latency: Latency { sensor_s: 0.005, host_s: 0.005, serial_s: 0.002 },
+        load: LoadLimits {
+            sensor: sensor(),
+            force_n: [force_limit_n; 3],
+            torque_nm: 0.3,
+            range: [30.0, 30.0, 60.0, 0.5, 0.5, 0.5],
+        },
+        stiffness_n_per_m: [100.0, 300.0],
+        least_rest_s: 0.5,
+        streams: Vec::new(),
+    }
+}
+
+/// What the tip at the stage's position feels, as the sensor reads it.
+fn felt(position: [f64; 2]) -> [f64; 6] {
+    let depth = (0.025 - mounting().tip_at(position).z).max(0.0);
+    let mut wrench = sensor().sensed([0.0, 0.0, -STIFFNESS * depth, 0.0, 0.0, 0.0]);
+    // Not at zero when nothing touches: the zero has to be found.
+    wrench[2] += 0.7;
+    wrench
+}
+
+/// The emulated bench with the real drivers on it.
+struct Rig {
+    stage: NativeStage,
+    force: NetFt,
+    stage_emulator: NativeStageEmulator,
+    force_emulator: NetFtEmulator,
+    push: Arc<AtomicU64>,
+}
+
+fn rig() -> Rig {
+    let push = Arc::new(AtomicU64::new(0));
+    let pushes = Arc::clone(&push);
+    let place = Arc::new([AtomicU64::new(0), AtomicU64::new(0)]);
+    let theirs = Arc::clone(&place);
+    let mut setup = NativeStageSetup::default();
+    for (axis, own) in setup.firmware.axes.iter_mut().enumerate() {
+        let [low, high] = bench(5.0).limits.travel_m[axis];
+        own.travel_low_um = (low * 1e6) as i32;
+        own.travel_high_um = (high * 1e6) as i32;
+        setup.switches_m[axis] = [0.0, high + 1e-3];
+        setup.ends_m[axis] = [-2e-3, high + 3e-3];
+        setup.start_m[axis] = 2e-3;
+    }
+    let stage_emulator = NativeStageEmulator::start(setup, move |at| {
+        theirs.iter().zip(at).for_each(|(cell, x)| cell.store(x.to_bits(), Ordering::Relaxed));
+    })
+    .expect("a pseudo-terminal");
+    let wrench = move |_: f64| {
+        let mut wrench = felt(std::array::from_fn(|a| f64::from_bits(place[a].load(Ordering::Relaxed))));
+        wrench[2] += f64::from_bits(pushes.load(Ordering::Relaxed));
+        wrench
+    };
+    let setup =
+        NetFtSetup { rate_hz: RATE_HZ, range: [30.0, 30.0, 60.0, 0.5, 0.5, 0.5], ..NetFtSetup::default() };
+    let force_emulator = NetFtEmulator::start(setup, wrench).expect("loopback");
+    let stage = NativeStage::connect(&NativeOptions::new(stage_emulator.port())).expect("a stage");
+    let settings = NetFtSettings {
+        http_port: force_emulator.http_port(),
+        rdt_port: force_emulator.rdt_port(),
+        ..NetFtSettings::at("127.0.0.1")
+    };
+    let force = NetFt::open(&settings).expect("a sensor");
+    Rig { stage, force, stage_emulator, force_emulator, push }
+}
+
+/// What a fault may reach.
+struct Reach<'a> {
+    stage: &'a NativeStageFaultSwitch,
+    force: &'a NetFtFaultSwitch,
+    latch: &'a Latch,
+    /// Something else that pushes on the tip (N), as bits.
+    push: &'a AtomicU64,
+}
+
+/// Its name, what is done, and the causes that it may be taken for.
+type Fault = (&'static str, fn(Reach<'_>), fn(Cause) -> bool);
+
+/// What is known after a run.
+struct After {
+    ran: Ran,
+    truth: NativeStageTruth,
+    /// Where the stage is some time later: it must not have moved.
+    later: NativeStageTruth,
+    session: Session,
+    _folder: tempfile::TempDir,
+}
+
+fn start_document(stage: &NativeStage, force: &NetFt) -> StartDocument {
+    StartDocument {
+        format: String::new(),
+        name: "two pokes".to_owned(),
+        segment: 0,
+        first_poke: 1,
+        started_utc: utc_text(SystemTime::now()),
+        started_host_ns: HostTime::now().nanos(),
+        program: "test".to_owned(),
+        seeds: BTreeMap::new(),
+        rig: HashedText::new("rig"),
+        protocol: HashedText::new(PROTOCOL),
+        stage: Some(StageDocument::new(stage.identity(), stage.limits())),
+        force: Some(ForceDocument::new(force.identity(), force.format())),
+        markers: None,
+        mounting: Some(MountingDocument {
+            origin_m: [0.045, 0.075, 0.035],
+            axes: [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
+            tolerance_m: 1e-4,
+            sensor_to_phantom: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            sensor_to_tip_m: [0.0, 0.0, -0.04],
+            reads_reaction: true,
+        }),
+        tip: TipDocument {
+            contact: "bonded".to_owned(),
+            shape: "pad".to_owned(),
+            radius_m: 0.008,
+            sphere_radius_m: None,
+        },
+        phantom: PhantomDocument {
+            description: "a spring".to_owned(),
+            mesh: None,
+            mesh_sha256: None,
+            poisson_ratio: 0.47,
+            density_kg_m3: 1050.0,
+            modulus_range_pa: [5e3, 2e4],
+        },
+    }
+}
+
+/// Runs the protocol; `fault` happens once, in the first hold or, where `pressing`, on the way in.
+fn run(limit_n: f64, pressing: bool, fault: impl FnOnce(Reach<'_>) + Send) -> After {
+    let folder = tempfile::tempdir().expect("a folder");
+    let session = folder.path().join("session");
+    let (ran, truth, later) = run_into(&session, limit_n, pressing, fault);
+    let session = Session::open(&session).expect("a session");
+    After { ran, truth, later, session, _folder: folder }
+}
+
+fn run_into(
+    session: &Path,
+    limit_n: f64,
+    pressing: bool,
+    fault: impl FnOnce(Reach<'_>) + Send,
+) -> (Ran, NativeStageTruth, NativeStageTruth) {
+    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut rig = rig();
+    let bench = bench(limit_n);
+    let protocol = Protocol::parse("two.toml", PROTOCOL, &[]).expect("sound");
+    let plan = Plan::new(protocol.name(), &protocol.expand(), &bench, [0.0; 2]).checked().expect("possible");
+    let latch = Latch::new(rig.stage.stopper().expect("a second way"));
+    let (watched, operator) = (Watched::default(), Operator::default());
+    rig.force.start().expect("a stream");
+    let writer = SessionWriter::create(session, start_document(&rig.stage, &rig.force)).expect("a session");
+    let doing = Conduct {
+        plan: &plan,
+        bench: &bench,
+        silence: Duration::from_millis(300),
+        gap: 100,
+        frozen: 50,
+        latch: &latch,
+        watched: &watched,
+        operator: &operator,
+    };
+    let reach = Reach {
+        stage: rig.stage_emulator.faults(),
+        force: rig.force_emulator.faults(),
+        latch: &latch,
+        push: &rig.push,
+    };
+    let ran = std::thread::scope(|scope| {
+        let watched = &watched;
+        scope.spawn(move || {
+            let wanted = if pressing { Phase::Press } else { Phase::Hold };
+            let end = HostTime::now() + PATIENCE;
+            loop {
+                let now = watched.now();
+                let deep = now.depth_m.is_some_and(|d| d > 5e-4);
+                if now.doing == Doing::Leg(wanted) && deep {
+                    return fault(reach);
+                }
+                if now.doing == Doing::Done || HostTime::now() > end {
+                    return;
+                }
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        });
+        let instruments = Instruments { stage: &mut rig.stage, force: &mut rig.force, markers: None };
+        let ran = conduct(instruments, &doing, &writer);
+        ran.expect("a zero")
+    });
+    let outcome = match &ran.stopped {
+        None => Outcome::Success,
+        Some(stopped) => Outcome::Abort { cause: stopped.tripped.cause.to_string() },
+    };
+    // A disk that failed says so here again.
+    let _ = writer.finish(outcome, ran.losses, HostTime::now());
+    // A stage that hears nothing any more stops when its lease runs out, 0.1 s later.
+    std::thread::sleep(Duration::from_millis(300));
+    let truth = rig.stage_emulator.truth();
+    std::thread::sleep(Duration::from_millis(300));
+    (ran, truth, rig.stage_emulator.truth())
+}
+
+impl After {
+    /// Why it stopped, once it is sure that it did and that everything about it was put down.
+    fn stopped(&self) -> Cause {
+        let stopped = self.ran.stopped.as_ref().expect("a stop");
+        assert_eq!(self.truth.position_m, self.later.position_m, "it moves on after the stop");
+        let end = self.session.stop().map(|stop| stop.outcome.clone());
+        assert_eq!(end, Some(Outcome::Abort { cause: stopped.tripped.cause.to_string() }));
+        let told = self.session.events().any(|e| e.expect("readable").name == "stopped");
+        assert!(told, "the stop is not in the session");
+        stopped.tripped.cause
+    }
+
+    /// How high the tip is above the phantom (m).
+    fn height_m(&self) -> f64 {
+        mounting().tip_at(self.later.position_m).z - 0.025
+    }
+}
+
+#[test]
+fn a_run_without_faults_is_carried_out_and_recorded_whole() {
+    let after = run(3.0, false, |_| {});
+    assert!(after.ran.stopped.is_none(), "{:?}", after.ran);
+    assert_eq!((after.ran.steps, after.ran.losses.lost), (2, 0));
+    let zero = after.ran.zero.expect("a zero");
+    assert!((zero.mean[2] - 0.7e6).abs() < 1e3, "{zero:?}");
+    assert_eq!(after.session.stop().expect("an end").outcome, Outcome::Success);
+    let info = after.session.info().expect("readable");
+    assert_eq!(info.force.lost, 0);
+    assert_eq!(info.topics[&Topic::Force].records, after.ran.losses.received);
+    // The deepest reading is the deepest poke's: 3 mm of 250 N/m, less 1 % for the last of the way.
+    let deepest = after.session.force().map(|r| r.expect("readable").counts[2]).max().expect("records");
+    let newtons = f64::from(deepest) / 1e6 - 0.7;
+    assert!((newtons - 0.75).abs() < 0.01, "{newtons} N");
+}
+
+/// The recording says what the spring did: no force at rest, depth times stiffness in the hold, contact as long as the tip was past
+/// the surface.
+#[test]
+fn a_session_becomes_the_recording_of_what_happened() {
+    let after = run(3.0, false, |_| {});
+    let block = Block { size_m: [0.1, 0.15, 0.025], cells: [4, 6, 2] };
+    let from = read_session(&after.session, block_mesh(&block).expect("a block")).expect("a recording");
+    assert!(from.remarks.is_empty(), "{:?}", from.remarks);
+    let recording = from.recording;
+    assert_eq!(recording.pokes.len(), 2);
+    for (poke, (depth, x)) in recording.pokes.iter().zip([(0.003, 0.05), (0.002, 0.055)]) {
+        assert!((poke.site.x - x).abs() < 1e-12 && poke.direction.z == -1.0);
+        // In and out at 4 mm/s and 200 mm/s², which ends and begins with v/2a at the depth, and 1.5 s of hold.
+        let expected = 2.0 * (depth / 0.004 + 0.004 / (2.0 * 0.2)) + 1.5;
+        let lasted = poke.end_s - poke.start_s;
+        assert!((lasted - expected).abs() < 0.15, "{lasted} s, not {expected} s");
+        let held = |t: f64| t > poke.start_s + depth / 0.004 + 0.3 && t < poke.end_s - depth / 0.004 - 0.3;
+        let wrench = &recording.wrench;
+        let rows =
+            wrench.time_s.iter().zip(&wrench.force_n).zip(&wrench.torque_nm).filter(|((t, _), _)| held(**t));
+        let mut seen = 0;
+        for ((_, force), torque) in rows {
+            assert!((force[2] + STIFFNESS * depth).abs() < 0.005, "{force:?}");
+            assert!(torque.iter().all(|m| m.abs() < 1e-4), "{torque:?}");
+            seen += 1;
+        }
+        assert!(seen > 20, "{seen} rows");
+        let stage = recording.stage.as_ref().expect("a stage");
+        let deepest = stage.time_s.iter().zip(&stage.displacement_m).filter(|(t, _)| held(**t));
+        assert!(deepest.clone().count() > 5);
+        assert!(deepest.clone().all(|(_, u)| (u[2] + depth).abs() < 3e-6 && u[0].abs() < 3e-6));
+    }
+    // Force and stage run on one clock: on the way in the force is that of the depth at the same time.
+    let (wrench, stage) = (&recording.wrench, recording.stage.as_ref().expect("a stage"));
+    let first = recording.pokes[0];
+    let rows = Rows::new(&stage.time_s);
+    let off = wrench.time_s.iter().zip(&wrench.force_n).filter_map(|(&t, force)| {
+        let moved = rows.at(&stage.displacement_m, t, first.start_s, first.end_s)?;
+        Some((force[2] - STIFFNESS * moved[2]).abs())
+    });
+    let largest = off.fold(0.0, f64::max);
+    // 1 N/s on the way: 20 ms of it.
+    assert!(largest < 0.02, "{largest} N");
+    assert!(
+        wrench
+            .time_s
+            .iter()
+            .zip(&wrench.force_n)
+            .filter(|(t, _)| **t < recording.rest_until_s)
+            .all(|(_, f)| f[2].abs() < 1e-3)
+    );
+}
+
+#[test]
+fn too_much_force_stops_the_stage_within_the_overshoot_and_takes_the_tip_out() {
+    let after = run(3.0, true, |reach| reach.push.store(4.0_f64.to_bits(), Ordering::Relaxed));
+    match after.stopped() {
+        Cause::Limit { axis: 2, value, limit } => assert!(value > limit && limit == 3.0, "{value} {limit}"),
+        other => panic!("{other:?}"),
+    }
+    let stopped = after.ran.stopped.expect("a stop");
+    assert!(stopped.stands && stopped.retracted, "{stopped:?}");
+    assert!(after.height_m() > 3e-3, "{} m", after.height_m());
+    let sent = stopped.tripped.sent.expect("sent").since(stopped.tripped.seen);
+    assert!(sent < Duration::from_millis(200), "{sent:?}");
+    // 4 mm/s and 1 m/s²: 8 µm, and 4 µm for each millisecond of latency.
+    assert!(stopped.overshoot_m < 1e-3, "{} m", stopped.overshoot_m);
+}
+
+#[test]
+fn a_person_stops_it_and_the_tip_stays() {
+    let after = run(3.0, true, |reach| reach.latch.trip(Cause::Asked, HostTime::now()));
+    assert_eq!(after.stopped(), Cause::Asked);
+    let stopped = after.ran.stopped.expect("a stop");
+    assert!(stopped.stands && !stopped.retracted);
+    assert!(after.height_m() < 0.0, "{} m", after.height_m());
+}
+
+#[test]
+fn every_fault_of_the_sensor_stops_the_stage_and_the_tip_is_taken_out() {
+    let faults: [Fault; 5] = [
+        ("silent", |r| r.force.change(|f| f.stalled = true), |c| matches!(c, Cause::SensorSilent { .. })),
+        ("frozen", |r| r.force.change(|f| f.frozen = true), |c| c == Cause::SensorFrozen),
+        (
+            "saturated",
+            |r| r.force.change(|f| f.saturated = true),
+            |c| matches!(c, Cause::SensorStatus { .. } | Cause::Limit { .. }),
+        ),
+        (
+            "broken",
+            |r| r.force.change(|f| f.status_bits = 1 << 30),
+            |c| matches!(c, Cause::SensorStatus { .. }),
+        ),
+        (
+            "taken over",
+            |r| r.force.take_over(),
+            |c| matches!(c, Cause::SensorSilent { .. } | Cause::SensorRestarted),
+        ),
+    ];
+    for (name, fault, expected) in faults {
+        let after = run(3.0, false, fault);
+        let cause = after.stopped();
+        assert!(expected(cause), "{name}: {cause:?}");
+        assert!(after.ran.stopped.is_some_and(|s| s.stands && s.retracted), "{name}: {:?}", after.ran);
+        assert!(after.height_m() > 3e-3, "{name}: {} m", after.height_m());
+    }
+}
+
+#[test]
+fn every_fault_of_the_stage_stops_it_where_it_is() {
+    let faults: [Fault; 3] = [
+        ("unplugged", |r| r.stage.unplug(), |c| c == Cause::StageSilent),
+        ("reset", |r| r.stage.reset(ResetCause::BrownOut), |c| c == Cause::StageReset),
+        ("mute", |r| r.stage.change(|f| f.mute = true), |c| c == Cause::StageSilent),
+    ];
+    for (name, fault, expected) in faults {
+        let after = run(3.0, true, fault);
+        let cause = after.stopped();
+        assert!(expected(cause), "{name}: {cause:?} {:?}", after.ran.failure);
+        assert!(after.ran.stopped.is_some_and(|s| !s.retracted), "{name}");
+    }
+}
+
+#[test]
+fn bad_lines_and_lost_datagrams_are_got_through_with_the_loss_put_down() {
+    let after = run(3.0, false, |r| {
+        r.stage
+            .change(|f| (f.corrupt_share, f.drop_frame_share, f.duplicate_frame_share) = (2e-4, 0.01, 0.01));
+        r.force.change(|f| (f.drop_share, f.duplicate_share, f.reorder_share) = (0.05, 0.01, 0.01));
+    });
+    assert!(after.ran.stopped.is_none(), "{:?}", after.ran);
+    let losses = after.ran.losses;
+    assert!(losses.lost > 20 && losses.duplicated > 0 && losses.reordered > 0, "{losses:?}");
+    let info = after.session.info().expect("readable");
+    assert_eq!((info.force.lost, info.force.duplicated), (losses.lost, losses.duplicated));
+    assert_eq!(after.session.stop().expect("an end").sensor.lost, losses.lost);
+}
+
+/// A disk of 1 MB, which is full after some seconds.
+#[test]
+fn a_full_disk_stops_the_stage() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mounted = std::process::Command::new("mount")
+        .args(["-t", "tmpfs", "-o", "size=600k", "tmpfs"])
+        .arg(folder.path())
+        .status()
+        .is_ok_and(|s| s.success());
+    if !mounted {
+        eprintln!("skipped: no small disk can be mounted here");
+        return;
+    }
+    let (ran, truth, later) = run_into(&folder.path().join("session"), 3.0, false, |_| {});
+    let unmounted = std::process::Command::new("umount").arg(folder.path()).status();
+    assert!(unmounted.is_ok_and(|s| s.success()));
+    let stopped = ran.stopped.expect("a stop");
+    assert_eq!(stopped.tripped.cause, Cause::Recorder);
+    assert!(stopped.stands);
+    assert_eq!(truth.position_m, later.position_m);
+}
