@@ -24,7 +24,7 @@ const MAY_IMPORT: [(&str, &[&str]); 20] = [
     ("track", &["device"]),
     ("calib", &["device", "observation"]),
     ("inverse", &["fem", "observation"]),
-    ("dataset", &["session", "track", "calib", "observation"]),
+    ("dataset", &["device", "session", "track", "calib", "observation"]),
     ("diagnose", &["inverse", "fem", "calib", "observation"]),
     ("acquire", &["device", "session"]),
     ("rig", &["driver", "sim", "session", "calib", "device", "observation"]),

@@ -23,8 +23,8 @@ use phantom_rig::sim::bytes::{
 };
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
 /// What the phantom pushes back with (N/m).
@@ -33,8 +33,6 @@ const STIFFNESS: f64 = 250.0;
 const RATE_HZ: f64 = 1000.0;
 /// Longest wait for anything on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
-/// Runs are real time: one after the other, whatever else the machine does.
-static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 const PROTOCOL: &str = "format = \"phantom-protocol/1\"\nname = \"two pokes\"\n[defaults]\nspeed_mm_s = 4\npause_s = 1\nhold_s = 1.5\n\
     [[step]]\nkind = \"poke\"\nsite_mm = [50, 75, 25]\ndepth_mm = 3\n\
@@ -210,7 +208,6 @@ fn run_into(
     pressing: bool,
     fault: impl FnOnce(Reach<'_>) + Send,
 ) -> (Ran, NativeStageTruth, NativeStageTruth) {
-    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let mut rig = rig();
     let bench = bench(limit_n);
     let protocol = Protocol::parse("two.toml", PROTOCOL, &[]).expect("sound");
