@@ -182,10 +182,10 @@ impl AxisSet {
         Self(self.0 & !other.0)
     }
 
-    /// The lowest axis of the set.
+    /// The highest axis of the set.
     #[must_use]
-    pub(crate) fn first(self) -> Option<usize> {
-        (0..AXES).find(|axis| self.contains(*axis))
+    pub(crate) fn last(self) -> Option<usize> {
+        (0..AXES).rfind(|axis| self.contains(*axis))
     }
 }
 

@@ -1,4 +1,4 @@
-//! How is zero found? One axis after the other: towards the low switch fast, back off, touch it slowly, set
+//! How is zero found? One axis after the other, the last first: towards the low switch fast, back off, touch it slowly, set
 //! zero where it trips, leave it again.
 //!
 //! ```text
@@ -8,6 +8,9 @@
 //!            |<─ touch (slow) ───|         zero: where it trips
 //!            |──── leave ───────>|         homed, at rest clear of the switch
 //! ```
+//!
+//! Why the last axis first: it is the one that leads into what is poked, and after an accident the tip may be in there: it has to come
+//! out before anything moves it sideways.
 //!
 //! Why the touch ends without deceleration and the approach with: at the slow speed a motor stops within a
 //! step, at the fast one it would lose steps, which would not matter for zero but wears the switch.
@@ -36,10 +39,10 @@ enum Phase {
 }
 
 impl Controller {
-    /// Homes the axes in their order.
+    /// Homes the axes, the last first.
     pub(super) fn home(&mut self, axes: AxisSet) {
         self.homed = self.homed.without(axes);
-        let Some(axis) = axes.first() else {
+        let Some(axis) = axes.last() else {
             self.rest(Outcome::Reached);
             return;
         };
