@@ -43,6 +43,27 @@ pub enum AcquireError {
         /// How long was waited.
         budget: std::time::Duration,
     },
+    /// The zero is so far off that the sensor cannot read what would stop the stage.
+    #[error(
+        "axis {axis} of the force sensor (0 to 2 force, 3 to 5 torque) reads {reads:.3} with nothing at the tip; with the limit of {limit:.3} \
+         that leaves its range of {range:.3} (N, N·m): bias it (--bias), or lower the limit"
+    )]
+    LimitOutOfRange {
+        /// Axis of the sensor.
+        axis: usize,
+        /// What it reads at rest (N or N·m).
+        reads: f64,
+        /// The limit (N or N·m).
+        limit: f64,
+        /// What it can read (N or N·m).
+        range: f64,
+    },
+    /// The stage does not say where it stands.
+    #[error("the stage did not say where it stands for {} s", waited.as_secs_f64())]
+    StageSaysNothing {
+        /// How long was waited.
+        waited: std::time::Duration,
+    },
     /// A poke that the protocol does not have.
     #[error("there is no poke {poke}; the protocol's pokes are numbered from 1 to {pokes}")]
     NoSuchPoke {

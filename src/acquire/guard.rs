@@ -13,6 +13,8 @@ use std::time::Duration;
 
 /// How long one wait for records may take: so often it is looked whether the watch is over.
 const WAIT: Duration = Duration::from_millis(2);
+/// Share of a limit by which more force than before stops the tip on its way out.
+const MARGIN: f64 = 0.1;
 /// Room for records: more than a socket hands over between two looks.
 const ROOM: usize = 4096;
 
@@ -63,24 +65,45 @@ struct Judge {
     window: Window,
     tracker: SequenceTracker,
     frozen: u32,
+    is_widened: bool,
 }
 
 impl Judge {
     fn new(limits: Limits, format: ForceFormat) -> Self {
         let tracker = SequenceTracker::new(format.ticks_a_record());
-        Self { limits, format, window: Window::new(&limits, &format), tracker, frozen: 0 }
+        Self { limits, format, window: Window::new(&limits, &format), tracker, frozen: 0, is_widened: false }
+    }
+
+    /// While the tip is taken out, what was reached on the way in is no reason to stop; more than that by a tenth of the limit is.
+    fn widen(&mut self, reached: [i32; 6]) {
+        let limits = Limits {
+            wrench: std::array::from_fn(|axis| {
+                let scale = self.scale(axis);
+                self.limits.wrench[axis].max(f64::from(reached[axis]).abs() / scale)
+                    + MARGIN * self.limits.wrench[axis]
+            }),
+            ..self.limits
+        };
+        self.window = Window::new(&limits, &self.format);
+        self.is_widened = true;
+    }
+
+    fn scale(&self, axis: usize) -> f64 {
+        if axis < 3 { self.format.counts_per_newton } else { self.format.counts_per_newton_metre }
     }
 
     /// Why to stop at this record, if at all.
     fn cause(&mut self, record: &ForceRecord) -> Option<Cause> {
-        if record.status & self.format.stop_mask != 0 {
+        if record.status & self.format.stop_mask != 0 && !self.is_widened {
             return Some(Cause::SensorStatus { status: record.status });
         }
         if let Some(axis) = self.window.outside(record.counts) {
-            let scale =
-                if axis < 3 { self.format.counts_per_newton } else { self.format.counts_per_newton_metre };
-            let value = (f64::from(record.counts[axis]) - self.limits.zero[axis]) / scale;
+            let value = (f64::from(record.counts[axis]) - self.limits.zero[axis]) / self.scale(axis);
             return Some(Cause::Limit { axis, value, limit: self.limits.wrench[axis] });
+        }
+        // A sensor that was the reason to stop is none to leave the tip where it is.
+        if self.is_widened {
+            return None;
         }
         match self.tracker.observe(record) {
             SequenceStep::Frozen => self.frozen += 1,
@@ -123,14 +146,17 @@ pub(super) fn watch(
             if let Some(cause) = judge.cause(record) {
                 latch.trip(cause, record.host);
             }
-            live.see(record.counts);
+            live.see(record.counts, latch.tripped().is_some());
+        }
+        if latch.is_armed_again() && !judge.is_widened {
+            judge.widen(live.farthest_after_stop());
         }
         match records.last() {
             Some(record) => last = record.host,
             None => {
                 let now = HostTime::now();
                 let silent = now.since(last);
-                if silent > judge.limits.silence {
+                if silent > judge.limits.silence && !judge.is_widened {
                     let for_ms = u64::try_from(silent.as_millis()).unwrap_or(u64::MAX);
                     latch.trip(Cause::SensorSilent { for_ms }, now);
                 }

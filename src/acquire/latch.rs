@@ -133,11 +133,17 @@ pub struct Tripped {
     pub sent: Option<HostTime>,
 }
 
-/// Set once. Setting it stops the stage from the thread that sets it, before anything else is done.
+/// Set once. Setting it stops the stage from the thread that sets it, before anything else is done. While the tip is taken out after a
+/// stop it is armed once more, and stops that as well.
 pub struct Latch {
     stopper: Box<dyn Stopper>,
     asked: AtomicBool,
     tripped: OnceLock<Tripped>,
+    /// A person asked for a stop, first or later.
+    by_hand: AtomicBool,
+    /// The stage moves after the stop.
+    armed: AtomicBool,
+    again: AtomicBool,
 }
 
 impl fmt::Debug for Latch {
@@ -149,13 +155,22 @@ impl fmt::Debug for Latch {
 impl Latch {
     /// Open, with a way to the stage.
     pub fn new(stopper: Box<dyn Stopper>) -> Self {
-        Self { stopper, asked: AtomicBool::new(false), tripped: OnceLock::new() }
+        let [asked, by_hand, armed, again] = [(); 4].map(|()| AtomicBool::new(false));
+        Self { stopper, asked, tripped: OnceLock::new(), by_hand, armed, again }
     }
 
-    /// Stops the stage, once; later causes change nothing. Allocates nothing.
+    /// Stops the stage: the first time, and while the tip is being taken out. The first cause stays. Allocates nothing.
     pub fn trip(&self, cause: Cause, seen: HostTime) {
+        if cause == Cause::Asked {
+            self.by_hand.store(true, Ordering::Release);
+        }
         // The bytes go out before the cause can be read: whoever sees the latch set may rely on them.
         if self.asked.swap(true, Ordering::AcqRel) {
+            if self.armed.swap(false, Ordering::AcqRel) {
+                self.again.store(true, Ordering::Release);
+                // The stage is watched by whoever takes it out, who sees that it goes on should this fail.
+                let _ = self.stopper.stop_now();
+            }
             return;
         }
         let sent = self.stopper.stop_now().ok();
@@ -163,8 +178,25 @@ impl Latch {
         let _ = self.tripped.set(Tripped { cause, seen, sent });
     }
 
+    /// Arms it once more for taking the tip out; false where a person asked for a stop, who may have had a hand in between.
+    pub(super) fn arm_again(&self) -> bool {
+        self.armed.store(true, Ordering::Release);
+        !self.by_hand.load(Ordering::Acquire)
+    }
+
+    /// Whether the tip is being taken out.
+    pub(super) fn is_armed_again(&self) -> bool {
+        self.armed.load(Ordering::Acquire)
+    }
+
+    /// Whether it was tripped since it was armed again.
+    pub(super) fn tripped_again(&self) -> bool {
+        self.again.load(Ordering::Acquire)
+    }
+
     /// Latches the stage again after it was cleared to take the tip out.
     pub(super) fn stop_again(&self) {
+        self.armed.store(false, Ordering::Release);
         // The stage stands; a port that is gone now changes nothing.
         let _ = self.stopper.stop_now();
     }
@@ -214,6 +246,24 @@ pub(super) mod tests {
         assert_eq!((tripped.cause, tripped.seen.nanos()), (Cause::Asked, 5));
         assert!(tripped.sent.is_some());
         assert_eq!(count.load(Ordering::SeqCst), 1);
+    }
+
+    #[test]
+    fn a_stop_after_the_first_is_heard_while_the_tip_is_taken_out() {
+        let count = Arc::new(AtomicU32::new(0));
+        let latch = Latch::new(Box::new(Counted(count.clone())));
+        let limit = Cause::Limit { axis: 2, value: 6.0, limit: 5.0 };
+        latch.trip(limit, HostTime::from_nanos(5));
+        latch.trip(limit, HostTime::from_nanos(6));
+        assert!(latch.arm_again() && !latch.tripped_again());
+        latch.trip(limit, HostTime::from_nanos(7));
+        latch.trip(limit, HostTime::from_nanos(8));
+        assert!(latch.tripped_again());
+        assert_eq!(count.load(Ordering::SeqCst), 2, "once for each time that it was armed");
+        // A person who stops it is the end of it, whatever stopped it before.
+        latch.trip(Cause::Asked, HostTime::from_nanos(9));
+        assert!(!latch.arm_again());
+        assert_eq!(latch.tripped().expect("tripped").cause, limit);
     }
 
     #[test]

@@ -30,5 +30,5 @@ pub use protocol::{
     Action, FORMAT, Kind, ListedPoke, MOST_STROKES, Place, PlannedStep, Problem, Profile, Protocol, Refusal,
     Step, StepId, Stroke, Target, Task, Variable, from_poke,
 };
-pub use run::{Conduct, Instruments, Ran, Stopped, Zero, conduct};
+pub use run::{Conduct, Instruments, Planner, Ran, Stopped, Zero, conduct};
 pub use status::{Doing, RunStatus, Watched};

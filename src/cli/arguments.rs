@@ -5,12 +5,14 @@ use super::block_mesh::BlockArguments;
 use super::check::CheckArguments;
 use super::completions::CompletionArguments;
 use super::conceal::ConcealArguments;
+use super::demo::DemoArguments;
 use super::diagnose::DiagnoseArguments;
 use super::doctor::DoctorArguments;
 use super::draw::DrawArguments;
 use super::experiment::BlockExperimentArguments;
 use super::fit::FitArguments;
 use super::plan::PlanArguments;
+use super::poke::PokeArguments;
 use super::prove::ProveArguments;
 use super::replay::ReplayArguments;
 use super::run_protocol::RunArguments;
@@ -54,8 +56,10 @@ pub(super) enum Command {
     Conceal(ConcealArguments),
     Prove(ProveArguments),
     Bench(BenchArguments),
+    Demo(DemoArguments),
     Plan(PlanArguments),
     Run(RunArguments),
+    Poke(PokeArguments),
     Session(SessionArguments),
     Replay(ReplayArguments),
     Doctor(DoctorArguments),

@@ -260,25 +260,37 @@ fn write(
     let draw = &waiting.draw;
     let bundle = StagedFolder::new(&folder.recording(draw), true)?;
     write_bundle(&recorded.recording, bundle.path())?;
-    let mut answer = serde_json::to_value(Answer::of(&waiting.world))?;
+    let more = json!({
+        "session": session(arguments, waiting.index, waiting.skipped),
+        "passed_over": waiting.skipped,
+        "passed_over_because": waiting.refused.as_ref().map(ToString::to_string),
+        "strength": recorded.strength.map(|s| s.net),
+        "signal": recorded.strength.map(|s| s.signal),
+        "bundle_sha256": bundle_sum(bundle.path())?,
+    });
+    seal_answer(folder, seal, draw, &waiting.world, &more, hashes)?;
+    Ok(bundle.finish()?)
+}
+
+/// Puts what a world conceals under seal, with `more` beside it, and its hash in the open.
+pub(super) fn seal_answer(
+    folder: &ProofFolder,
+    seal: &Seal,
+    draw: &str,
+    world: &World,
+    more: &serde_json::Value,
+    hashes: &mut Sums,
+) -> anyhow::Result<()> {
+    let mut answer = serde_json::to_value(Answer::of(world))?;
     if let Some(keys) = answer.as_object_mut() {
         // Derived from the seed: who does not know it cannot try answers against the hash.
         let salt = digest("phantom-rig salt", &[seal.text().as_bytes(), draw.as_bytes()]);
-        let more = json!({
-            "format": "phantom-answer/1",
-            "session": session(arguments, waiting.index, waiting.skipped),
-            "salt": hex(&salt),
-            "passed_over": waiting.skipped,
-            "passed_over_because": waiting.refused.as_ref().map(ToString::to_string),
-            "strength": recorded.strength.map(|s| s.net),
-            "signal": recorded.strength.map(|s| s.signal),
-            "bundle_sha256": bundle_sum(bundle.path())?,
-        });
+        keys.insert("format".to_owned(), "phantom-answer/1".into());
+        keys.insert("salt".to_owned(), hex(&salt).into());
         keys.extend(more.as_object().cloned().unwrap_or_default());
     }
     let text = serde_json::to_vec_pretty(&answer)?;
     replace(&folder.sealed(draw), &seal.close(draw, &text)?)?;
-    hashes.insert(draw.clone(), hex(&digest("phantom-rig answer", &[&text])));
-    write_sums(&folder.hashes(), hashes)?;
-    Ok(bundle.finish()?)
+    hashes.insert(draw.to_owned(), hex(&digest("phantom-rig answer", &[&text])));
+    Ok(write_sums(&folder.hashes(), hashes)?)
 }

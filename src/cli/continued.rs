@@ -144,12 +144,13 @@ impl ContinueArguments {
         let mut bench_s = 0.0;
         let mut steps = vec![Step::of(&diagnosis.verdict, 0, 0.0)];
         let mut failure = None;
+        let pause_s = recording.pause_s();
         let stopped = loop {
             if self.is_enough(&diagnosis.verdict) {
                 break Stopped::StandsAlone;
             }
             let Some(next) = &diagnosis.next_poke else { break Stopped::NothingTellsMore };
-            if bench_s + pause_s(recording) + next.poke.contact_s() > self.budget_s {
+            if bench_s + pause_s + next.poke.contact_s() > self.budget_s {
                 break Stopped::BudgetSpent;
             }
             planned.push(next.poke);
@@ -160,7 +161,8 @@ impl ContinueArguments {
             });
             match made {
                 Ok((longer, found)) => {
-                    bench_s += end_s(&longer) - end_s(recording);
+                    // What a bench waits while this program thinks does not count.
+                    bench_s += pause_s + longer.pokes.last().map_or(0.0, |p| p.end_s - p.start_s);
                     (*recording, *diagnosis) = (longer, found);
                     steps.push(Step::of(&diagnosis.verdict, planned.len(), bench_s));
                 }
@@ -213,11 +215,6 @@ fn session_folder(destination: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// When the last poke of a recording ends (s).
-fn end_s(recording: &Recording) -> f64 {
-    recording.pokes.last().map_or(0.0, |p| p.end_s)
-}
-
 /// Has the bench make the pokes of a table.
 fn run(command: &str, pokes: &Path, bundle: &Path) -> anyhow::Result<()> {
     let output = Command::new("sh")
@@ -233,11 +230,6 @@ fn run(command: &str, pokes: &Path, bundle: &Path) -> anyhow::Result<()> {
         bail!("the bench's command ended with {}: {}", output.status, told.trim());
     }
     Ok(())
-}
-
-/// The longest pause between the pokes of a recording (s).
-fn pause_s(recording: &Recording) -> f64 {
-    recording.pokes.windows(2).map(|p| p[1].start_s - p[0].end_s).fold(0.0, f64::max)
 }
 
 /// Refuses a recording that is not the one before with this poke more.

@@ -4,12 +4,14 @@ use super::continued::{ContinueArguments, Continued};
 use super::{Context, Exit, Outcome, StagedFolder, UsageError, fit};
 use crate::dataset::read_bundle;
 use crate::diagnose::{Choice, Progress, Settings, diagnose};
+use crate::geometry::Vec3;
 use crate::inverse;
 use crate::observation::Recording;
 use crate::report::{conclusion, diagnosis_json, evidence, is_sure, write_diagnosis};
+use crate::rig::RigFile;
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Says what physics the model leaves out of a recording: whether something is, where, what, how much.
 ///
@@ -22,6 +24,7 @@ use std::path::PathBuf;
   phantom-rig diagnose recordings/practice-02 --out results/02 --quick
   phantom-rig diagnose recordings/practice-02 --false-alarm 0.001
   phantom-rig diagnose proofs/1/recordings/draw-0004 --continue 'phantom-rig bench proofs/1 draw-0004'
+  phantom-rig diagnose monday-bundle --rig rigs/sim.toml --continue 'phantom-rig poke sessions/monday --rig rigs/sim.toml'
   phantom-rig diagnose recordings/practice-02 --print-only --json > 02.json")]
 pub(super) struct DiagnoseArguments {
     /// The bundle: a folder with recording.toml, mesh.msh, pokes.csv, force.csv, markers.csv
@@ -42,6 +45,9 @@ pub(super) struct DiagnoseArguments {
     /// Write no folder; only say what was found
     #[arg(long, conflicts_with_all = ["out", "force"])]
     print_only: bool,
+    /// Ask only for pokes that the stage of this rig file can make: leaning in its plane of motion
+    #[arg(long, value_name = "FILE")]
+    rig: Option<PathBuf>,
     #[command(flatten)]
     further: ContinueArguments,
 }
@@ -58,6 +64,7 @@ pub(super) fn run(arguments: &DiagnoseArguments, context: &Context) -> anyhow::R
         false_alarm: share,
         enough: arguments.further.confidence,
         choice: arguments.further.random_pokes.map_or(Choice::Telling, Choice::Random),
+        plane: arguments.rig.as_deref().map(plane).transpose()?,
     };
     arguments.further.check()?;
     let spinner = context.progress.spinner("reading");
@@ -105,6 +112,13 @@ pub(super) fn run(arguments: &DiagnoseArguments, context: &Context) -> anyhow::R
         text,
         json: diagnosis_json(&diagnosis, &made_with)?,
     })
+}
+
+/// Normal of the plane in which a rig's stage moves the tip.
+fn plane(rig: &Path) -> anyhow::Result<Vec3> {
+    let mounting = RigFile::read(rig)?.mounting();
+    let [first, second] = [[1.0, 0.0], [0.0, 1.0]].map(|motion| mounting.moved_by(motion));
+    Ok(first.cross(&second).normalize())
 }
 
 fn said(stage: Progress) -> String {

@@ -44,6 +44,11 @@ pub(super) struct Planned {
 const THIN: f64 = 4.0;
 
 impl PlannedArguments {
+    /// A table of pokes on a rig.
+    pub(super) fn of_table(table: &Path, rig: &Path) -> Self {
+        Self { protocol: table.to_owned(), rig: rig.to_owned(), set: Vec::new(), from: None }
+    }
+
     /// Reads both files.
     pub(super) fn read(&self) -> anyhow::Result<Planned> {
         let rig = RigFile::read(&self.rig)?;

@@ -1,14 +1,14 @@
 //! `replay`: a session's devices again, as they were, recorded anew.
 
-use super::run_protocol::MESH;
+use super::recorded_run::MESH;
 use super::{Exit, Outcome, UsageError};
 use crate::clock::HostTime;
 use crate::device::{ForceSensor, MarkerSource, Stage};
-use crate::session::{Outcome as SessionOutcome, Replay, Session, SessionWriter, Speed, Topic};
+use crate::session::{Message, Replay, Session, SessionWriter, Speed, Topic};
 use anyhow::Context as _;
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Feeds what a session recorded through the devices' own interfaces, and records it anew.
@@ -39,25 +39,32 @@ pub(super) fn run(arguments: &ReplayArguments) -> anyhow::Result<Outcome> {
     if let Some(times) = arguments.speed.filter(|s| !(*s > 0.0 && s.is_finite())) {
         return Err(UsageError(format!("--speed takes a number above 0, got {times}")).into());
     }
-    let writer = SessionWriter::create(&arguments.out, session.start().clone())?;
-    let mesh = arguments.session.join(MESH);
-    if mesh.exists() {
-        std::fs::copy(&mesh, arguments.out.join(MESH))
-            .with_context(|| format!("{}: can't be copied", mesh.display()))?;
+    for (number, part) in session.parts().iter().enumerate() {
+        let writer = if number == 0 {
+            let writer = SessionWriter::create(&arguments.out, part.start().clone())?;
+            copy_mesh(&arguments.session, &arguments.out)?;
+            writer
+        } else {
+            SessionWriter::continue_session(&arguments.out, part.start().clone())?
+        };
+        let losses = replay(part, speed, &writer)?;
+        // What no device says is taken over as it is.
+        let mut recorder = writer.recorder().patient();
+        for recorded in part.messages(&[Topic::Event, Topic::ClockProbe]) {
+            match recorded?.message {
+                Message::Event(event) => recorder.event(event),
+                Message::ClockProbe(probe) => recorder.clock_probe(probe),
+                _ => true,
+            };
+        }
+        drop(recorder);
+        // A part that was interrupted has no end here either.
+        if let Some(stop) = part.stop() {
+            writer.finish(stop.outcome.clone(), losses, HostTime::from_nanos(stop.stopped_host_ns))?;
+        }
     }
-    let losses = replay(&session, speed, &writer)?;
-    // What no device says is taken over as it is.
-    let mut recorder = writer.recorder().patient();
-    for event in session.events() {
-        recorder.event(event?);
-    }
-    drop(recorder);
-    let outcome = session
-        .stop()
-        .map_or(SessionOutcome::Fail { cause: "interrupted".to_owned() }, |s| s.outcome.clone());
-    writer.finish(outcome, losses, HostTime::now())?;
     let again = Session::open(&arguments.out)?;
-    let streams = [Topic::Force, Topic::Stage, Topic::Markers];
+    let streams = [Topic::Force, Topic::Stage, Topic::Markers, Topic::Event, Topic::ClockProbe];
     let differing: Vec<&str> =
         streams.into_iter().filter(|&topic| !same(&session, &again, topic)).map(Topic::name).collect();
     let name = arguments.out.display();
@@ -71,6 +78,15 @@ pub(super) fn run(arguments: &ReplayArguments) -> anyhow::Result<Outcome> {
         text,
         json: json!({"format": "phantom-replay/1", "session": arguments.out, "differing": differing}),
     })
+}
+
+fn copy_mesh(from: &Path, to: &Path) -> anyhow::Result<()> {
+    let mesh = from.join(MESH);
+    if mesh.exists() {
+        std::fs::copy(&mesh, to.join(MESH))
+            .with_context(|| format!("{}: can't be copied", mesh.display()))?;
+    }
+    Ok(())
 }
 
 /// Lets the three devices run side by side until nothing is left.
@@ -128,8 +144,18 @@ fn replay(session: &Session, speed: Speed, writer: &SessionWriter) -> anyhow::Re
     })
 }
 
-/// Whether two sessions hold the same messages of a topic.
+/// Whether two sessions hold the same of a topic: the same messages; of force the same records, whatever batches they came in.
 fn same(one: &Session, other: &Session, topic: Topic) -> bool {
+    if topic == Topic::Force {
+        let (mut a, mut b) = (one.force(), other.force());
+        return loop {
+            match (a.next(), b.next()) {
+                (None, None) => break true,
+                (Some(Ok(a)), Some(Ok(b))) if a == b => {}
+                _ => break false,
+            }
+        };
+    }
     let (mut a, mut b) = (one.messages(&[topic]), other.messages(&[topic]));
     loop {
         match (a.next(), b.next()) {

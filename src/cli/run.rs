@@ -2,8 +2,8 @@
 
 use super::arguments::{Cli, Command, Experiment, Shape};
 use super::{
-    Context, Exit, Outcome, Progress, UsageError, bench, block_mesh, check, completions, conceal, diagnose,
-    doctor, draw, experiment, fit, interrupt, plan, prove, replay, run_protocol, session,
+    Context, Exit, Outcome, Progress, UsageError, bench, block_mesh, check, completions, conceal, demo,
+    diagnose, doctor, draw, experiment, fit, interrupt, plan, poke, prove, replay, run_protocol, session,
 };
 use anyhow::Context as _;
 use clap::Parser;
@@ -49,9 +49,11 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Draw(arguments) => draw::run(arguments, &context),
         Command::Conceal(arguments) => conceal::run(arguments, &context),
         Command::Prove(arguments) => prove::run(arguments, &context),
+        Command::Demo(arguments) => demo::run(arguments, &context),
         Command::Plan(arguments) => plan::run(arguments, &context),
         Command::Run(arguments) => run_protocol::run(arguments, &context),
         Command::Bench(arguments) => bench::run(arguments, &context),
+        Command::Poke(arguments) => poke::run(arguments, &context),
         Command::Session(arguments) => session::run(&arguments.action),
         Command::Replay(arguments) => replay::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments, &context),

@@ -88,9 +88,12 @@ struct Screen(Terminal<CrosstermBackend<Stderr>>);
 
 impl Screen {
     fn open() -> std::io::Result<Self> {
+        let terminal = Terminal::new(CrosstermBackend::new(stderr()))?;
         enable_raw_mode()?;
+        // From here on whatever fails drops it.
+        let screen = Self(terminal);
         execute!(stderr(), EnterAlternateScreen, cursor::Hide)?;
-        Ok(Self(Terminal::new(CrosstermBackend::new(stderr()))?))
+        Ok(screen)
     }
 
     fn show(&mut self, title: &Title, status: &RunStatus) {

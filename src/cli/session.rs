@@ -1,9 +1,9 @@
 //! `session`: what is in a session, whether all of it is there, what can be saved of a damaged one, and its data as tables or as a
 //! recording bundle.
 
-use super::run_protocol::MESH;
+use super::recorded_run::MESH;
 use super::{Exit, Outcome, StagedFolder};
-use crate::dataset::{read_mesh, read_session, write_bundle};
+use crate::dataset::{read_mesh, read_sessions, write_bundle};
 use crate::session::{Finding, Info, Outcome as SessionOutcome, Session, recover};
 use anyhow::{Context as _, bail};
 use clap::{Args, Subcommand};
@@ -47,6 +47,9 @@ pub(super) struct RecoverArguments {
 pub(super) struct ExportArguments {
     #[command(flatten)]
     path: SessionPath,
+    /// Sessions that went on with it on the same rig, in order: they become part of the bundle
+    #[arg(value_name = "SESSION")]
+    more: Vec<PathBuf>,
     /// Write a recording bundle into this folder
     #[arg(long, value_name = "BUNDLE", required_unless_present = "csv")]
     bundle: Option<PathBuf>,
@@ -167,11 +170,6 @@ fn verify(path: &SessionPath) -> anyhow::Result<Outcome> {
 
 fn rescue(arguments: &RecoverArguments) -> anyhow::Result<Outcome> {
     let recovery = recover(&arguments.path.session, &arguments.out)?;
-    let mesh = arguments.path.session.join(MESH);
-    if mesh.exists() && !arguments.out.join(MESH).exists() {
-        // A finished session's folder is sealed already; the mesh can still be given to `export`.
-        let _ = std::fs::copy(&mesh, arguments.out.join(MESH));
-    }
     let mut text = format!("{}: saved", arguments.out.display());
     let mut whole = true;
     for (number, loss) in (1..).zip(&recovery.segments) {
@@ -192,6 +190,10 @@ fn rescue(arguments: &RecoverArguments) -> anyhow::Result<Outcome> {
 
 fn export(arguments: &ExportArguments) -> anyhow::Result<Outcome> {
     let session = Session::open(&arguments.path.session)?;
+    let mut sessions = vec![session.clone()];
+    for folder in &arguments.more {
+        sessions.push(Session::open(folder)?);
+    }
     let mut told = Vec::new();
     let mut remarks = Vec::new();
     if let Some(folder) = &arguments.csv {
@@ -206,7 +208,7 @@ fn export(arguments: &ExportArguments) -> anyhow::Result<Outcome> {
         if !mesh.exists() {
             bail!("{}: the session keeps no mesh; name one with --mesh", mesh.display());
         }
-        let from = read_session(&session, read_mesh(&mesh)?)?;
+        let from = read_sessions(&sessions, read_mesh(&mesh)?)?;
         let staged = StagedFolder::new(folder, arguments.force)?;
         write_bundle(&from.recording, staged.path()).context("the bundle")?;
         staged.finish()?;

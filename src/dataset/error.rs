@@ -48,6 +48,23 @@ pub enum DatasetError {
         /// What a recording needs.
         what: &'static str,
     },
+    /// Nothing to make a recording of.
+    #[error("no session is named")]
+    NoSessions,
+    /// Sessions of different rigs are no one recording.
+    #[error("{}: was recorded with another rig file than {}", session.display(), first.display())]
+    OtherRig {
+        /// Its folder.
+        session: PathBuf,
+        /// That of the session that the recording begins with.
+        first: PathBuf,
+    },
+    /// Sessions out of order.
+    #[error("{}: does not begin after the end of the session before it; name sessions in the order in which they were recorded", session.display())]
+    SessionBack {
+        /// Its folder.
+        session: PathBuf,
+    },
     /// Text in UTF-16.
     #[error("{}: the text is UTF-16; expected UTF-8 (save it again as \"UTF-8\" or \"CSV UTF-8\")", file.display())]
     Utf16 {

@@ -35,7 +35,7 @@ pub use error::DatasetError;
 pub use mesh_file::{MeshFileError, Place, parse_mesh, read_mesh, write_msh};
 pub use protocol::read_planned_pokes;
 pub use rest::{ChannelNoise, RestNoise, rest_noise};
-pub use session::{FromSession, read_session};
+pub use session::{FromSession, read_sessions};
 pub use survey::{ChannelSurvey, MarkerSurvey, MeshSurvey, PokeSurvey, SurfaceSurvey, Survey, survey};
 pub use suspicion::Suspicion;
 pub use write::write_bundle;

@@ -1,6 +1,6 @@
 //! What a six-axis force sensor is: a stream of raw records, and what their counts are worth.
 
-use super::DeviceError;
+use super::{ClockComparison, DeviceError};
 use crate::clock::HostTime;
 
 /// One raw record of the sensor, as it came over the wire, with the host's time of its arrival.
@@ -94,6 +94,10 @@ pub trait ForceSensor: Send {
     /// # Errors
     /// [`DeviceError`]: silent, lost.
     fn start(&mut self) -> Result<(), DeviceError>;
+
+    /// The sensor's clock at the start of the stream: its first record was taken after it was asked for. None before, and where it is not
+    /// known.
+    fn clock_at_start(&self) -> Option<ClockComparison>;
 
     /// Asks for the stream's end.
     ///

@@ -11,6 +11,7 @@
 //! Frames: a stage moves in coordinates of its own, metres along its two axes from where it homes. A [`Mounting`] says where the
 //! axes point in the phantom frame, a [`SensorMounting`] how the sensor's axes lie in it.
 
+mod compared;
 mod error;
 mod force;
 mod markers;
@@ -18,9 +19,12 @@ mod mounting;
 mod sequence;
 mod stage;
 
+pub use compared::ClockComparison;
 pub use error::DeviceError;
 pub use force::{ForceFormat, ForceIdentity, ForceRecord, ForceSensor, Losses};
 pub use markers::{MarkerFrame, MarkerPosition, MarkerSource};
 pub use mounting::{Mounting, SensorMounting, UnreachableSite};
 pub use sequence::{SequenceStep, SequenceTracker};
-pub use stage::{AXES, Motion, Stage, StageIdentity, StageLimits, StageReport, StageState, Stopper};
+pub use stage::{
+    AXES, Motion, Stage, StageIdentity, StageLimits, StageReport, StageState, Stopper, Stopping,
+};

@@ -1,7 +1,8 @@
 //! What a two-axis linear stage is: where it can go, how it is told to, what it reports, how it is stopped.
 
-use super::DeviceError;
+use super::{ClockComparison, DeviceError};
 use crate::clock::HostTime;
+use std::time::Duration;
 
 /// Axes of a stage.
 pub const AXES: usize = 2;
@@ -39,6 +40,15 @@ impl StageLimits {
             !(low..=high).contains(&position_m[axis])
         })
     }
+}
+
+/// How the stage comes to rest when it is stopped on its way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stopping {
+    /// How long it goes on as before, at most, once the stop has reached the controller.
+    pub delay: Duration,
+    /// Deceleration along the path after that, at least (m/s²).
+    pub deceleration_m_s2: f64,
 }
 
 /// A motion in a straight line from where the stage stands, with a trapezoidal profile of speed.
@@ -91,6 +101,9 @@ pub trait Stage: Send {
     /// What it may be asked to do.
     fn limits(&self) -> &StageLimits;
 
+    /// How it comes to rest when it is stopped; none where it cannot be known.
+    fn stopping(&self) -> Option<Stopping>;
+
     /// Starts homing; the reports say when it is done.
     ///
     /// # Errors
@@ -122,6 +135,12 @@ pub trait Stage: Send {
     /// # Errors
     /// [`DeviceError`]: silent for longer than the driver's budget, lost, reset without having been asked to.
     fn report(&mut self, until: HostTime) -> Result<Option<StageReport>, DeviceError>;
+
+    /// Asks the controller for its clock; none where it tells no time.
+    ///
+    /// # Errors
+    /// [`DeviceError`]: silent, lost, reset.
+    fn compare_clocks(&mut self) -> Result<Option<ClockComparison>, DeviceError>;
 
     /// A second way to the stage, for whoever has to stop it while it is being talked to.
     ///

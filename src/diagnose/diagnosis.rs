@@ -193,6 +193,8 @@ pub struct Settings {
     pub enough: f64,
     /// How the next poke is chosen.
     pub choice: Choice,
+    /// Normal of the plane in which the rig's stage moves the tip (unit vector), where only that can be poked; none for any direction.
+    pub plane: Option<Vec3>,
 }
 
 /// How the next poke is chosen among those that the rig can make.
@@ -211,6 +213,7 @@ impl Default for Settings {
             false_alarm: 0.02,
             enough: 0.95,
             choice: Choice::Telling,
+            plane: None,
         }
     }
 }

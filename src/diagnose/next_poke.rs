@@ -4,7 +4,7 @@
 //! explain: by a refit of all that they leave open, with what the recording taught them. What a rival cannot explain then is
 //! what the poke tells; the poke is the one at which the rival that explains most is told most per second.
 
-use super::diagnosis::{Choice, NextPoke};
+use super::diagnosis::{Choice, NextPoke, Settings};
 use super::model::{Marched, Model};
 use super::physics::Physics;
 use super::plans::{Plan, imagined, plans};
@@ -19,17 +19,17 @@ use rayon::prelude::*;
 /// A reading: what acts besides the baseline, and its fit.
 pub(super) type Standing<'a> = (&'a [Physics], &'a Fitted);
 
-/// The best poke to tell `chosen` from its `rivals`, or one at random. `None` where no poke separates them.
+/// The best poke to tell `chosen` from its `rivals`, or one at random (`settings` say which, and in which plane). `None` where no poke separates them.
 pub(super) fn next_poke(
     model: &Model<'_>,
     chosen: Standing<'_>,
     rivals: &[Standing<'_>],
-    choice: Choice,
+    settings: &Settings,
 ) -> Option<NextPoke> {
-    let all = plans(model, rivals.iter().map(|r| r.1).chain([chosen.1]));
+    let all = plans(model, rivals.iter().map(|r| r.1).chain([chosen.1]), settings.plane);
     let fits: Vec<(&Fitted, f64)> = rivals.iter().map(|(_, fit)| (*fit, fit.promised(model))).collect();
     let per_second = |plan: &Plan| Some(told(model, plan, chosen.1, &fits)? / plan.bench_s());
-    let (per_second, plan) = match choice {
+    let (per_second, plan) = match settings.choice {
         Choice::Telling => {
             let judged: Vec<(f64, Plan)> =
                 all.par_iter().filter_map(|plan| Some((per_second(plan)?, *plan))).collect();
@@ -43,7 +43,7 @@ pub(super) fn next_poke(
         }
     };
     let names: Vec<String> = rivals.iter().map(|r| named(r.0)).collect();
-    let how = match choice {
+    let how = match settings.choice {
         Choice::Telling => format!("of {} pokes at the places so far it", all.len()),
         Choice::Random(_) => "chosen at random, it".to_owned(),
     };
@@ -58,7 +58,7 @@ pub(super) fn next_poke(
             "{how} tells {} from {}{}: were the first right, the others would miss it by a sum of squares of {:.0} or more, in {:.0} s",
             named(chosen.0),
             names.join(" and "),
-            if choice == Choice::Telling { " best for its time" } else { "" },
+            if settings.choice == Choice::Telling { " best for its time" } else { "" },
             per_second * plan.bench_s(),
             plan.bench_s()
         ),

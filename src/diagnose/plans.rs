@@ -50,8 +50,12 @@ impl Plan {
     }
 }
 
-/// All of them.
-pub(super) fn plans<'a>(model: &Model<'_>, readings: impl Iterator<Item = &'a Fitted>) -> Vec<Plan> {
+/// All of them; slanted ones in the plane with the normal `plane` only, if there is one.
+pub(super) fn plans<'a>(
+    model: &Model<'_>,
+    readings: impl Iterator<Item = &'a Fitted>,
+    plane: Option<Vec3>,
+) -> Vec<Plan> {
     let mut knobs = readings.flat_map(|fit| &fit.acting.knobs);
     // Curves of a law that is not linear are known along the pokes so far.
     let linear = !knobs.any(|knob| LARGE.contains(&knob.physics()));
@@ -87,8 +91,7 @@ pub(super) fn plans<'a>(model: &Model<'_>, readings: impl Iterator<Item = &'a Fi
             continue;
         }
         slanted.push(site);
-        let basis = basis_from_axis(&inward);
-        for aside in [0, 1].map(|axis| basis.column(axis).into_owned()).into_iter().flat_map(|t| [t, -t]) {
+        for aside in sideways(&inward, plane).into_iter().flat_map(|t| [t, -t]) {
             let direction = inward * SLANT.cos() + aside * SLANT.sin();
             for rate_m_s in RATES_M_S {
                 add(direction, deepest, rate_m_s, HOLDS_S[0]);
@@ -96,6 +99,17 @@ pub(super) fn plans<'a>(model: &Model<'_>, readings: impl Iterator<Item = &'a Fi
         }
     }
     plans
+}
+
+/// Unit vectors along a surface in which a poke may lean.
+fn sideways(inward: &Vec3, plane: Option<Vec3>) -> Vec<Vec3> {
+    match plane {
+        Some(normal) => inward.cross(&normal).try_normalize(0.1).into_iter().collect(),
+        None => {
+            let basis = basis_from_axis(inward);
+            [0, 1].map(|axis| basis.column(axis).into_owned()).to_vec()
+        }
+    }
 }
 
 /// One track for every place and direction.
@@ -170,5 +184,20 @@ pub(super) fn imagined(model: &Model<'_>, plan: &Plan) -> Imagined {
         frames_each: each(frames_hz, track.frames.len()),
         timeline,
         track,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pokes_lean_within_the_plane_of_the_stage() {
+        let down = -Vec3::z();
+        assert_eq!(sideways(&down, None).len(), 2);
+        let only = sideways(&down, Some(Vec3::y()));
+        assert!(only.len() == 1 && (only[0].x.abs() - 1.0).abs() < 1e-12, "{only:?}");
+        // A face that the stage only moves along cannot be leant upon.
+        assert!(sideways(&Vec3::y(), Some(Vec3::y())).is_empty());
     }
 }

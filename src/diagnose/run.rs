@@ -160,7 +160,7 @@ fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Se
         Some(part) => rivals.push((&part.physics, &part.fitted)),
         None => rivals.push((&[], &selection.base)),
     }
-    next_poke(model, (&best.physics, &best.fitted), &rivals, settings.choice)
+    next_poke(model, (&best.physics, &best.fitted), &rivals, settings)
 }
 
 /// So many of the readings that come closest are to be told from the best.

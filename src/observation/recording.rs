@@ -181,6 +181,13 @@ pub struct MarkerRow {
 }
 
 impl Recording {
+    /// The usual pause between two pokes: their median (s); 0 with fewer than two.
+    pub fn pause_s(&self) -> f64 {
+        let mut pauses: Vec<f64> = self.pokes.windows(2).map(|p| p[1].start_s - p[0].end_s).collect();
+        pauses.sort_by(f64::total_cmp);
+        pauses.get(pauses.len() / 2).copied().unwrap_or(0.0)
+    }
+
     /// Mean position of every marker over the rows before [`Recording::rest_until_s`], with the number of rows
     /// it was taken from. A marker without such a row has the count zero and no meaningful mean.
     pub fn rest_positions(&self) -> Vec<(Vec3, usize)> {

@@ -43,6 +43,8 @@ pub(super) struct StageKeys {
     pub(super) baud: u32,
     /// Letters of the two axes, for Grbl.
     pub(super) axes: Option<[char; 2]>,
+    /// How long a motion goes on without a word from this program, for own firmware.
+    pub(super) lease_ms: Option<u64>,
     /// Status reports a second while moving, for Grbl.
     pub(super) reports_hz: Option<f64>,
     pub(super) origin_mm: [f64; 3],
@@ -193,6 +195,9 @@ impl RigKeys {
             let found = format!("{:?} to {:?}", self.phantom.low_mm, self.phantom.high_mm);
             return wrong("phantom.low_mm", found, "below phantom.high_mm along each axis");
         }
+        if let Some(lease) = self.stage.lease_ms.filter(|lease| !(20..=1000).contains(lease)) {
+            return wrong("stage.lease_ms", lease.to_string(), "20 to 1000");
+        }
         if self.stage.controller == ControllerWord::Grbl && self.stage.axes.is_none() {
             return wrong("stage.axes", "nothing".to_owned(), "the letters of two axes, for Grbl");
         }
@@ -203,6 +208,13 @@ impl RigKeys {
                 "force.to_phantom",
                 found,
                 "a rotation: rows of unit length at right angles, right-handed",
+            );
+        }
+        if let Some(source) = self.markers.as_ref().map(|m| &m.source).filter(|source| *source != SIMULATED) {
+            return wrong(
+                "markers.source",
+                source.clone(),
+                "\"simulated\": no camera is driven yet; leave the section out on a real bench",
             );
         }
         let simulated = [

@@ -1,6 +1,7 @@
 //! The devices of a rig, opened: real ones through their drivers, simulated ones through the same drivers to the simulated bench.
 
 use super::file::ControllerWord;
+use super::simulation::SimulationKeys;
 use super::{RigError, RigFile, SIMULATED};
 use crate::device::{ForceSensor, MarkerSource, Stage};
 use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings};
@@ -9,8 +10,10 @@ use crate::observation::PlannedPoke;
 use crate::sim::bytes::{
     GrblDialect, GrblEmulator, GrblSetup, NativeStageEmulator, NativeStageSetup, NetFtEmulator, NetFtSetup,
 };
-use crate::sim::{LiveBench, World};
+use crate::sim::{LiveBench, SimError, World};
 use std::net::Ipv4Addr;
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
 
 /// A rig's devices. What stands behind simulated ones lives as long as they do.
 pub struct Devices {
@@ -27,12 +30,18 @@ pub struct Devices {
 #[derive(Default)]
 struct Simulated {
     world: Option<World>,
+    failure: Arc<OnceLock<SimError>>,
     _native: Option<NativeStageEmulator>,
     _grbl: Option<GrblEmulator>,
     _net_ft: Option<NetFtEmulator>,
 }
 
 impl Devices {
+    /// Why the simulated bench could not go on, if so.
+    pub fn simulation_failure(&self) -> Option<&SimError> {
+        self.simulated.failure.get()
+    }
+
     /// The mesh of the simulated phantom.
     ///
     /// # Errors
@@ -44,24 +53,29 @@ impl Devices {
 }
 
 impl RigFile {
-    /// Opens all devices. A simulated bench is made ready for `pokes`, which takes seconds.
+    /// The world behind simulated devices, in which `pokes` will be made; none where the file has no simulated bench.
+    ///
+    /// # Errors
+    /// [`RigError`]: a poke that misses the phantom, an effect with parameters that make no sense.
+    pub fn world(&self, pokes: &[PlannedPoke]) -> Result<Option<World>, RigError> {
+        let (ratio, _, range) = self.phantom();
+        let keys = &self.keys;
+        let world = |simulation: &SimulationKeys| {
+            simulation.world(&keys.name, ratio, range, keys.force.rate_hz, pokes)
+        };
+        keys.simulation.as_ref().map(world).transpose()
+    }
+
+    /// Opens all devices. Behind simulated ones is `world`, after `at_rest_s` seconds in which nothing happened; to prepare it takes seconds.
     ///
     /// # Errors
     /// [`RigError`]: a device that is not there, that answers otherwise, or whose settings do not serve; two devices on one port.
-    pub fn open(&self, pokes: &[PlannedPoke]) -> Result<Devices, RigError> {
+    pub fn open(&self, world: Option<World>, at_rest_s: f64) -> Result<Devices, RigError> {
         let keys = &self.keys;
-        let bench = match &keys.simulation {
-            Some(simulation) => {
-                let (ratio, _, range) = self.phantom();
-                let world = simulation.world(&keys.name, ratio, range, keys.force.rate_hz, pokes)?;
-                let bench = LiveBench::new(world.clone(), self.mounting(), self.sensor())?;
-                Some((world, bench))
-            }
-            None => None,
-        };
-        let mut simulated =
-            Simulated { world: bench.as_ref().map(|(world, _)| world.clone()), ..Simulated::default() };
-        let bench = bench.map(|(_, bench)| bench);
+        let prepare =
+            |world: &World| LiveBench::new(world.clone(), self.mounting(), self.sensor(), at_rest_s);
+        let bench = world.as_ref().map(prepare).transpose()?;
+        let mut simulated = Simulated { world, ..Simulated::default() };
         let bench_for = |device: &'static str| bench.clone().ok_or(RigError::NoBench { device });
 
         let stage = &keys.stage;
@@ -77,10 +91,9 @@ impl RigFile {
                         Some(emulator.map_err(|source| RigError::NoPort { device: "stage", source })?);
                 }
                 let port = port(simulated._native.as_ref().map(NativeStageEmulator::port));
-                Box::new(NativeStage::connect(&NativeOptions {
-                    baud: stage.baud,
-                    ..NativeOptions::new(port)
-                })?)
+                let options = NativeOptions { baud: stage.baud, ..NativeOptions::new(port) };
+                let lease = stage.lease_ms.map_or(options.lease, Duration::from_millis);
+                Box::new(NativeStage::connect(&NativeOptions { lease, ..options })?)
             }
             ControllerWord::Grbl => {
                 if is_simulated {
@@ -100,11 +113,13 @@ impl RigFile {
 
         let settings = if keys.force.address == SIMULATED {
             let bench = bench_for("force sensor")?;
-            let mut last = [0.0; 6];
+            let failure = Arc::clone(&simulated.failure);
             let wrench = move |time_s: f64| {
-                // A bench without a solution repeats its last reading: what it said before stands.
-                last = bench.wrench(time_s).unwrap_or(last);
-                last
+                bench.wrench(time_s).unwrap_or_else(|error| {
+                    // The first stays. More than any sensor reads: it says itself that it is not to be trusted, and the run stops.
+                    let _ = failure.set(error);
+                    [f64::INFINITY; 6]
+                })
             };
             let setup = NetFtSetup {
                 rate_hz: keys.force.rate_hz,

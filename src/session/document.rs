@@ -27,6 +27,9 @@ pub struct StartDocument {
     pub started_utc: String,
     /// The host's monotonic clock at the same instant (ns).
     pub started_host_ns: u64,
+    /// Identity of the machine's run since it was started: monotonic clocks compare where it is the same. Empty where the system tells none.
+    #[serde(default)]
+    pub boot: String,
     /// Name and version of the program.
     pub program: String,
     /// Seeds of everything random, by what they are for.
@@ -35,6 +38,9 @@ pub struct StartDocument {
     pub rig: HashedText,
     /// The protocol.
     pub protocol: HashedText,
+    /// Values that variables of the protocol were given from outside.
+    #[serde(default)]
+    pub variables: BTreeMap<String, f64>,
     /// The stage, where there is one.
     pub stage: Option<StageDocument>,
     /// The force sensor, where there is one.

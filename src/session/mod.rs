@@ -59,5 +59,5 @@ pub use recover::{Loss, Recovery, recover};
 pub use replay::{Replay, ReplayForce, ReplayMarkers, ReplayStage, Speed};
 pub use space::{Rates, bytes_per_second};
 pub use topic::Topic;
-pub use wall::utc_text;
+pub use wall::{boot, utc_seconds, utc_text};
 pub use writer::SessionWriter;

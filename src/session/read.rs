@@ -27,7 +27,7 @@ struct Contents {
     folder: PathBuf,
     start: StartDocument,
     manifest: Option<StartDocument>,
-    segments: Vec<Segment>,
+    segments: Vec<Arc<Segment>>,
 }
 
 /// One file of a session.
@@ -64,7 +64,7 @@ impl Session {
         let segments = (1..)
             .map(|segment| segment_file(&folder, segment))
             .take_while(|file| file.is_file())
-            .map(Segment::open)
+            .map(|file| Segment::open(file).map(Arc::new))
             .collect::<Result<Vec<_>, _>>()?;
         let start = segments.first().and_then(|s| s.start.clone()).or_else(|| manifest.clone());
         let start = start.ok_or_else(|| SessionError::NoStart { folder: folder.clone() })?;
@@ -86,12 +86,24 @@ impl Session {
         self.contents.segments.last().and_then(|s| s.stop.as_ref())
     }
 
-    /// Files that it consists of: one, and one more for every time that it went on after an interruption.
+    /// Files that it consists of: one, and one more for every time that it went on after it was interrupted or stopped.
     pub fn segments(&self) -> u32 {
         self.contents.segments.len() as u32
     }
 
-    pub(super) fn files(&self) -> &[Segment] {
+    /// Each of its files as a session: what was recorded between one start of the devices and their end.
+    pub fn parts(&self) -> Vec<Self> {
+        let of = |segment: &Arc<Segment>| {
+            let (folder, manifest) = (self.contents.folder.clone(), self.contents.manifest.clone());
+            let start = segment.start.clone().unwrap_or_else(|| self.contents.start.clone());
+            Self {
+                contents: Arc::new(Contents { folder, start, manifest, segments: vec![Arc::clone(segment)] }),
+            }
+        };
+        self.contents.segments.iter().map(of).collect()
+    }
+
+    pub(super) fn files(&self) -> &[Arc<Segment>] {
         &self.contents.segments
     }
 

@@ -66,10 +66,25 @@ pub fn recover(folder: &Path, into: &Path) -> Result<Recovery, SessionError> {
         recovery.segments.push(save(segment, &segment_file(into, number), ticks)?);
     }
     write_json(&into.join("recovery.json"), &recovery)?;
+    copy_others(folder, into)?;
     if session.stop().is_some() {
         seal(into)?;
     }
     Ok(recovery)
+}
+
+/// What others have put beside the recording, a mesh for instance.
+fn copy_others(folder: &Path, into: &Path) -> Result<(), SessionError> {
+    for entry in fs::read_dir(folder).map_err(SessionError::read(folder))? {
+        let from = entry.map_err(SessionError::read(folder))?.path();
+        let Some(name) = from.file_name().filter(|_| from.is_file()) else { continue };
+        let to = into.join(name);
+        let is_recording = from.extension().is_some_and(|extension| extension == "mcap");
+        if !is_recording && !to.exists() {
+            fs::copy(&from, &to).map_err(SessionError::write(&to))?;
+        }
+    }
+    Ok(())
 }
 
 fn save(segment: &Segment, to: &Path, ticks_a_record: u32) -> Result<Loss, SessionError> {

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// A chunk is written out so long after its first message.
-pub(super) const CHUNK_SPAN: Duration = Duration::from_millis(80);
+pub(super) const CHUNK_SPAN: Duration = Duration::from_millis(50);
 
 /// A chunk is written out when it is larger (bytes).
 const CHUNK_SIZE: u64 = 1 << 20;

@@ -18,6 +18,31 @@ pub fn utc_text(time: SystemTime) -> String {
     )
 }
 
+/// Seconds since 1970 of a time that [`utc_text`] wrote; none where it is not one.
+pub fn utc_seconds(text: &str) -> Option<f64> {
+    let (date, time) = text.strip_suffix('Z')?.split_once('T')?;
+    let [year, month, day] = numbers(date.split('-'))?;
+    let (clock, fraction) = time.split_once('.')?;
+    let [hour, minute, second] = numbers(clock.split(':'))?;
+    let micros: u32 = fraction.parse().ok().filter(|_| fraction.len() == 6)?;
+    // The date is found among the days: there is one way to count them.
+    let near = year.checked_sub(1970)? * 365;
+    let days = (near..near + year).find(|&d| civil(d) == (year, month, day))?;
+    let whole = days * DAY_S + hour * 3600 + minute * 60 + second;
+    Some(whole as f64 + f64::from(micros) * 1e-6)
+}
+
+fn numbers<'a, const N: usize>(parts: impl Iterator<Item = &'a str>) -> Option<[u64; N]> {
+    let values: Option<Vec<u64>> = parts.map(|part| part.parse().ok()).collect();
+    values?.try_into().ok()
+}
+
+/// Identity of the machine's run since it was started, on which monotonic clocks count; empty where the system tells none.
+pub fn boot() -> String {
+    let text = std::fs::read_to_string("/proc/sys/kernel/random/boot_id");
+    text.map(|id| id.trim().to_owned()).unwrap_or_default()
+}
+
 /// Year, month and day of the Gregorian calendar, so many days after 1970-01-01.
 fn civil(mut days: u64) -> (u64, u64, u64) {
     let is_leap =
@@ -51,6 +76,14 @@ mod tests {
             (4_107_542_400, "2100-03-01T00:00:00.000000Z"),
         ] {
             assert_eq!(utc_text(UNIX_EPOCH + Duration::from_secs(seconds)), text);
+        }
+        for micros in [0_u64, 951_827_696_250_000, 1_735_689_599_999_999, 4_107_542_400_000_001] {
+            let text = utc_text(UNIX_EPOCH + Duration::from_micros(micros));
+            let seconds = utc_seconds(&text).expect("a time");
+            assert!((seconds - micros as f64 * 1e-6).abs() < 1e-6, "{text}: {seconds}");
+        }
+        for wrong in ["", "2000-02-30T00:00:00.000000Z", "2000-02-29 12:34:56Z", "2000-02-29T12:34:56.25Z"] {
+            assert_eq!(utc_seconds(wrong), None, "{wrong}");
         }
         assert_eq!(&utc_text(UNIX_EPOCH + Duration::from_micros(1_000_250))[17..], "01.000250Z");
     }

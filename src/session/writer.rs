@@ -13,6 +13,7 @@ use crate::clock::HostTime;
 use crate::device::Losses;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -25,6 +26,9 @@ pub(super) const MANIFEST: &str = "manifest.json";
 
 /// The disk is told to keep what was written so often.
 const SYNC_EVERY: Duration = Duration::from_millis(500);
+
+/// Permission of a folder's owner to change it.
+const OWNER_WRITES: u32 = 0o200;
 
 /// The writing thread looks around so often when nothing comes.
 const IDLE: Duration = Duration::from_millis(50);
@@ -60,13 +64,13 @@ impl SessionWriter {
         Self::begin(folder, start, |file| file)
     }
 
-    /// Goes on with an interrupted session: a new segment beside the ones that are there, which stay as they are.
+    /// Goes on with a session that was interrupted or stopped: a new segment beside the ones that are there, which stay as they are.
     ///
     /// # Errors
-    /// [`SessionError`]: it is finished, it is being recorded, it had another name, rig or protocol, it can't be written.
+    /// [`SessionError`]: it came to its end, it is being recorded, it had another name, rig or protocol, it can't be written.
     pub fn continue_session(folder: &Path, start: StartDocument) -> Result<Self, SessionError> {
         let session = Session::open(folder)?;
-        if session.stop().is_some() {
+        if session.stop().is_some_and(|stop| stop.outcome == Outcome::Success) {
             return Err(SessionError::Finished { folder: folder.to_owned() });
         }
         let began = session.start();
@@ -80,11 +84,21 @@ impl SessionWriter {
                 return Err(SessionError::Different { folder: folder.to_owned(), what, recorded, given });
             }
         }
+        if began.variables != start.variables {
+            let [recorded, given] = [&began.variables, &start.variables].map(|v| format!("{v:?}"));
+            return Err(SessionError::Different {
+                folder: folder.to_owned(),
+                what: "values of variables",
+                recorded,
+                given,
+            });
+        }
         let last = segment_file(folder, session.segments());
         let file = File::open(&last).map_err(SessionError::read(&last))?;
         if file.try_lock_shared().is_err() {
             return Err(SessionError::InUse { file: last });
         }
+        unseal(folder)?;
         Self::begin(
             folder,
             StartDocument { format: FORMAT.to_owned(), segment: session.segments() + 1, ..start },
@@ -347,6 +361,16 @@ fn exists_or_write(path: &Path) -> impl FnOnce(io::Error) -> SessionError {
 
 fn sync_folder(folder: &Path) -> Result<(), SessionError> {
     File::open(folder).and_then(|f| f.sync_all()).map_err(SessionError::write(folder))
+}
+
+/// Lets a file be added to a folder; those that are there stay read-only.
+fn unseal(folder: &Path) -> Result<(), SessionError> {
+    let mut permissions = fs::metadata(folder).map_err(SessionError::read(folder))?.permissions();
+    if permissions.readonly() {
+        permissions.set_mode(permissions.mode() | OWNER_WRITES);
+        fs::set_permissions(folder, permissions).map_err(SessionError::write(folder))?;
+    }
+    Ok(())
 }
 
 /// Has the disk keep everything in the folder, and makes it and its files read-only.

@@ -18,18 +18,26 @@ pub struct LiveBench {
     mounting: Mounting,
     sensor: SensorMounting,
     frame_rate_hz: f64,
+    /// Time of the bench when the sensor's clock begins (s).
+    begins_s: f64,
 }
 
 impl LiveBench {
-    /// Prepares the phantom of a world and puts the stage in front of it, at zero. Takes seconds.
+    /// Prepares the phantom of a world and puts the stage in front of it, at zero; nothing has happened to it for `at_rest_s` seconds.
+    /// Takes seconds.
     ///
     /// # Errors
     /// [`SimError`] as for [`World::record`].
-    pub fn new(world: World, mounting: Mounting, sensor: SensorMounting) -> Result<Self, SimError> {
+    pub fn new(
+        world: World,
+        mounting: Mounting,
+        sensor: SensorMounting,
+        at_rest_s: f64,
+    ) -> Result<Self, SimError> {
         let phantom = Phantom::prepare(&world.phantom)?;
         let frame_rate_hz = world.instruments.frame_rate_hz;
-        let live = Arc::new(Mutex::new(Live::new(world, &phantom)?));
-        Ok(Self { live, position: Arc::default(), mounting, sensor, frame_rate_hz })
+        let live = Arc::new(Mutex::new(Live::new(world, &phantom, at_rest_s)?));
+        Ok(Self { live, position: Arc::default(), mounting, sensor, frame_rate_hz, begins_s: at_rest_s })
     }
 
     /// Takes the stage to a position (m).
@@ -39,7 +47,7 @@ impl LiveBench {
         }
     }
 
-    /// What the sensor feels at a time (s since the bench was switched on), in its own frame: N and N·m. Times must not go back.
+    /// What the sensor feels at a time (s since the sensor was switched on), in its own frame: N and N·m. Times must not go back.
     ///
     /// # Errors
     /// [`SimError`]: equations without a solution.
@@ -47,6 +55,7 @@ impl LiveBench {
         let position =
             std::array::from_fn(|axis| f64::from_bits(self.position[axis].load(Ordering::Relaxed)));
         let mut live = self.lock();
+        let time_s = self.begins_s + time_s;
         live.advance(time_s, self.mounting.tip_at(position).into())?;
         Ok(self.sensor.sensed(live.wrench(time_s)))
     }

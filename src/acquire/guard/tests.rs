@@ -2,7 +2,7 @@
 
 use super::super::latch::tests::Counted;
 use super::*;
-use crate::device::{ForceIdentity, Losses};
+use crate::device::{ClockComparison, ForceIdentity, Losses};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
 
@@ -32,6 +32,9 @@ impl ForceSensor for Scripted {
     }
     fn start(&mut self) -> Result<(), DeviceError> {
         Ok(())
+    }
+    fn clock_at_start(&self) -> Option<ClockComparison> {
+        None
     }
     fn stop(&mut self) -> Result<(), DeviceError> {
         Ok(())
@@ -97,7 +100,7 @@ fn watched(batches: Vec<Vec<ForceRecord>>, then: Then) -> (Option<Cause>, usize,
     };
     let batches = batches.into_iter();
     let mut sensor = Scripted { identity, format: FORMAT, batches, then, over: over.clone() };
-    let live = LiveForce::new([0; 6]);
+    let live = LiveForce::new([0; 6], 7000.0);
     let mut handed = 0;
     let ended = watch(&mut sensor, LIMITS, &latch, &live, &over, |records| {
         handed += records.len();
@@ -177,10 +180,26 @@ fn a_lost_sensor_and_a_silent_one_stop_the_stage() {
     };
     let batches = vec![quiet(5)].into_iter();
     let mut sensor = Scripted { identity, format: FORMAT, batches, then: Then::Silence, over: over.clone() };
-    watch(&mut sensor, LIMITS, &latch, &LiveForce::new([0; 6]), &over, |_| {}).expect("not lost");
+    watch(&mut sensor, LIMITS, &latch, &LiveForce::new([0; 6], 7000.0), &over, |_| {}).expect("not lost");
     ender.join().expect("ended");
     match latch.tripped().map(|t| t.cause) {
         Some(Cause::SensorSilent { for_ms }) => assert!(for_ms >= 30, "{for_ms}"),
         other => panic!("{other:?}"),
     }
+}
+
+/// After a stop at 5 N the way out may press as hard as before and a tenth of the limit more; a sensor that lies is no reason to stay.
+#[test]
+fn on_the_way_out_only_more_force_than_before_stops() {
+    let mut judge = Judge::new(LIMITS, FORMAT);
+    let at = |n: u32, z: i32| record(n, n + 70, [1000, 0, -2_000_000 + z, 0, 0, 0]);
+    assert!(matches!(judge.cause(&at(1, 5_200_000)), Some(Cause::Limit { axis: 2, .. })));
+    judge.widen([0, 0, 5_300_000, 0, 0, 0]);
+    assert_eq!(judge.cause(&at(2, 5_700_000)), None);
+    assert_eq!(judge.cause(&ForceRecord { status: 0x8000_0002, ..at(2, 0) }), None);
+    assert!(matches!(judge.cause(&at(3, 5_900_000)), Some(Cause::Limit { axis: 2, .. })));
+    assert!(matches!(
+        judge.cause(&record(4, 74, [2_300_000, 0, -2_000_000, 0, 0, 0])),
+        Some(Cause::Limit { axis: 0, .. })
+    ));
 }

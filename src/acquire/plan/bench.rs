@@ -1,5 +1,7 @@
 //! What does a plan have to know of the bench: where things are, how they may move, what may press on what, and what is recorded.
 
+use crate::acquire::live::LiveForce;
+use crate::acquire::run::QUICK_LOOK;
 use crate::device::{AXES, Mounting, SensorMounting, StageLimits};
 use crate::geometry::Vec3;
 
@@ -188,5 +190,12 @@ impl Bench {
     /// Distance that the stage still goes when it is to be stopped at this speed (m): `v t + v² / 2a`.
     pub(super) fn overshoot_m(&self, speed_m_s: f64) -> f64 {
         speed_m_s * self.latency.total_s() + speed_m_s * speed_m_s / (2.0 * self.stop_deceleration_m_s2)
+    }
+
+    /// Distance that the stage still goes when a press has reached the force that ends it (m): the force is a mean over some time, is looked at
+    /// now and then, and the stage comes to rest as after any motion.
+    pub(super) fn past_force_m(&self, speed_m_s: f64) -> f64 {
+        let known_s = self.latency.total_s() + LiveForce::MEAN.as_secs_f64() + QUICK_LOOK.as_secs_f64();
+        speed_m_s * known_s + speed_m_s * speed_m_s / (2.0 * self.acceleration_m_s2)
     }
 }

@@ -221,12 +221,12 @@ fn direction(stroke: &Stroke, bench: &Bench) -> Vec3 {
     stroke.direction.map_or_else(|| bench.tip_axis(), Vec3::from)
 }
 
-/// Least and greatest force that a stroke may reach (N). One that ends at a force goes on for the overshoot.
+/// Least and greatest force that a stroke may reach (N). One that ends at a force goes on for a while.
 pub(super) fn forces_n(bench: &Bench, stroke: &Stroke) -> [f64; 2] {
     let at_depth = bench.stiffness_n_per_m.map(|stiffness| stiffness * stroke.deepest_m());
     match stroke.profile {
         Profile::Press { target: Target::Force { force_n, .. }, .. } => {
-            let over_n = bench.overshoot_m(stroke.speed_m_s) * bench.stiffness_n_per_m[1];
+            let over_n = bench.past_force_m(stroke.speed_m_s) * bench.stiffness_n_per_m[1];
             [at_depth[0].min(force_n), at_depth[1].min(force_n + over_n)]
         }
         _ => at_depth,

@@ -122,6 +122,11 @@ impl Plan {
         self.steps.iter().filter(|step| step.step.poke.is_some()).count()
     }
 
+    /// Number of the last poke.
+    pub fn last_poke(&self) -> usize {
+        self.steps.iter().filter_map(|step| step.step.poke).max().unwrap_or(0) as usize
+    }
+
     /// The plan as one that may be run.
     ///
     /// # Errors

@@ -107,12 +107,15 @@ fn single(step: &Step, id: StepId, poke: Option<u32>, action: Action) -> Planned
     PlannedStep { number: 0, poke, id, line: step.line, kind: step.kind, action }
 }
 
-/// The steps from a poke on: what is left of a session that goes on there.
+/// The steps from a poke on: what is left of a session that goes on there. What stands between it and the poke before is done again:
+/// questions, waits, motions in air.
 ///
 /// # Errors
 /// [`AcquireError::NoSuchPoke`].
 pub fn from_poke(steps: &[PlannedStep], poke: u32) -> Result<&[PlannedStep], AcquireError> {
     let found = steps.iter().position(|step| step.poke == Some(poke));
     let pokes = steps.iter().filter_map(|step| step.poke).max().unwrap_or(0);
-    found.map(|at| &steps[at..]).ok_or(AcquireError::NoSuchPoke { poke, pokes })
+    let begins =
+        |at: usize| steps[..at].iter().rposition(|step| step.poke.is_some()).map_or(0, |before| before + 1);
+    found.map(|at| &steps[begins(at)..]).ok_or(AcquireError::NoSuchPoke { poke, pokes })
 }

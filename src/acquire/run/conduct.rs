@@ -1,6 +1,6 @@
 //! A whole run: zero, homing, the steps of the plan, and what is done when it has to stop.
 
-use super::event::{event, leg as leg_begins, step as step_begins};
+use super::event::{clock_probe, event, leg as leg_begins, step as step_begins};
 use super::pilot::{Halted, Pilot, Shared, UntilForce, tell_losses};
 use super::zero::{Zero, zero};
 use crate::acquire::AcquireError;
@@ -8,7 +8,7 @@ use crate::acquire::guard::{Limits, watch};
 use crate::acquire::latch::{Cause, Latch, StopOnPanic, Tripped};
 use crate::acquire::live::LiveForce;
 use crate::acquire::operator::Operator;
-use crate::acquire::plan::{Bench, CheckedPlan, Leg, Phase, PlanStep};
+use crate::acquire::plan::{Bench, CheckedPlan, Leg, Phase, Plan, PlanStep};
 use crate::acquire::protocol::{Action, Profile, Target};
 use crate::acquire::status::{Doing, Watched};
 use crate::clock::HostTime;
@@ -23,6 +23,10 @@ use std::time::Duration;
 const STANDS: Duration = Duration::from_secs(2);
 /// What is recorded after a stop.
 const AFTERMATH: Duration = Duration::from_millis(300);
+/// A height is the clearance within this (m).
+const AGREED_M: f64 = 5e-5;
+/// A stage that stands says so within this time.
+const READY: Duration = Duration::from_secs(2);
 /// How long a frame is waited for at a time.
 const FRAME: Duration = Duration::from_millis(100);
 
@@ -36,10 +40,13 @@ pub struct Instruments<'a> {
     pub markers: Option<&'a mut dyn MarkerSource>,
 }
 
+/// Makes the plan from where the stage stands.
+pub type Planner<'a> = dyn Fn([f64; AXES]) -> Result<CheckedPlan, AcquireError> + Sync + 'a;
+
 /// What is to be done, and who watches.
 pub struct Conduct<'a> {
-    /// The plan.
-    pub plan: &'a CheckedPlan,
+    /// Makes the plan, once it is known where the stage stands.
+    pub plan: &'a Planner<'a>,
     /// The bench that it was made for.
     pub bench: &'a Bench,
     /// Longest silence of the sensor.
@@ -65,6 +72,8 @@ pub struct Ran {
     pub losses: Losses,
     /// The zero in use, once it was taken.
     pub zero: Option<Zero>,
+    /// The plan; none where the run was stopped before there could be one.
+    pub plan: Option<CheckedPlan>,
     /// Steps of the plan that were carried out.
     pub steps: usize,
     /// What a device said when it failed.
@@ -86,10 +95,12 @@ pub struct Stopped {
     pub retracted: bool,
 }
 
-/// Carries a plan out. Everything is recorded through `writer`, which the caller finishes.
+/// Makes the stage ready (homed, clear of the phantom), plans from where it stands, and carries the plan out. Everything is recorded through
+/// `writer`, which the caller finishes.
 ///
 /// # Errors
-/// [`AcquireError`]: the sensor gives no zero. Nothing has moved then. Whatever happens later ends the run and is told in [`Ran`].
+/// [`AcquireError`]: the sensor gives no zero that limits can count from, or something speaks against the plan. The phantom was not
+/// touched then. Whatever happens later ends the run and is told in [`Ran`].
 pub fn conduct(
     instruments: Instruments<'_>,
     conduct: &Conduct<'_>,
@@ -100,18 +111,27 @@ pub fn conduct(
     let over = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let _stop = StopOnPanic(conduct.latch);
+        // Also when this thread panics: nobody else ends those that it has started.
+        let _over = Over(&over);
         if let Some(source) = markers {
             let recorder = writer.recorder();
             let (latch, watched, over) = (conduct.latch, conduct.watched, &over);
             scope.spawn(move || fetch(source, recorder, latch, watched, over));
         }
-        let result = led(stage, force, conduct, writer, &mut recorder);
-        over.store(true, Ordering::Release);
-        result
+        led(stage, force, conduct, writer, &mut recorder)
     })
 }
 
-/// Zero and homing, zero again where the stage has moved, then the plan.
+/// Says that it is over when it is dropped.
+struct Over<'a>(&'a AtomicBool);
+
+impl Drop for Over<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Release);
+    }
+}
+
+/// The stage made ready, the zero taken, then the plan.
 fn led(
     stage: &mut dyn Stage,
     force: &mut dyn ForceSensor,
@@ -119,46 +139,63 @@ fn led(
     writer: &SessionWriter,
     recorder: &mut Recorder,
 ) -> Result<Ran, AcquireError> {
-    let mut ran = Ran { stopped: None, losses: Losses::default(), zero: None, steps: 0, failure: None };
-    let homed =
-        stage.report(HostTime::now() + Duration::from_secs(2)).is_ok_and(|r| r.is_some_and(|r| r.homed));
-    if !homed {
+    let mut ran =
+        Ran { stopped: None, losses: Losses::default(), zero: None, plan: None, steps: 0, failure: None };
+    if let Some(compared) = force.clock_at_start() {
+        recorder.clock_probe(clock_probe("force", compared));
+    }
+    let report = stage.report(HostTime::now() + READY).ok().flatten();
+    let homed = report.filter(|r| r.homed);
+    let out = homed.and_then(|r| way_out(conduct.bench, r, None));
+    if homed.is_none() || out.is_some() {
+        // Until the stage stands clear of the phantom, the limits count from what the sensor reads now.
         tell(conduct, Doing::Zeroing);
-        let first = zeroed(force, writer, recorder)?;
-        guarded(stage, force, conduct, writer, recorder, first, &mut ran, |pilot, _| {
-            pilot.begin(Doing::Homing, 30.0, conduct.plan.plan().duration_s);
-            pilot.note(event("homing", None, json!({})));
-            pilot.home()
+        let first = zeroed(force, conduct, writer, recorder)?;
+        guarded(stage, force, conduct, writer, recorder, first, &mut ran, |pilot, _| match out {
+            Some(motion) => {
+                pilot.begin(Doing::Retracting, 5.0, 0.0);
+                pilot.note(event("lifting", None, json!({"target_m": motion.target_m})));
+                pilot.go(motion, None).map(|_| ())
+            }
+            None => {
+                pilot.begin(Doing::Homing, 30.0, 0.0);
+                pilot.note(event("homing", None, json!({})));
+                pilot.home()
+            }
         });
         if ran.stopped.is_some() {
             return Ok(ran);
         }
     }
     tell(conduct, Doing::Zeroing);
-    let zero = zeroed(force, writer, recorder)?;
+    let zero = zeroed(force, conduct, writer, recorder)?;
+    let stands =
+        stage.report(HostTime::now() + READY)?.ok_or(AcquireError::StageSaysNothing { waited: READY })?;
+    let checked = (conduct.plan)(stands.position_m)?;
+    let plan = checked.plan();
+    conduct.watched.tell(|status| status.pokes = plan.last_poke());
     guarded(stage, force, conduct, writer, recorder, zero, &mut ran, |pilot, steps| {
-        let plan = conduct.plan.plan();
+        pilot.has_planned(Duration::from_secs_f64(plan.duration_s));
         for step in &plan.steps {
             pilot.note(step_begins(step));
-            carry_out(pilot, step, conduct)?;
+            carry_out(pilot, step, plan, conduct)?;
             *steps += 1;
         }
         Ok(())
     });
+    ran.plan = Some(checked);
     tell(conduct, Doing::Done);
     Ok(ran)
 }
 
 fn tell(conduct: &Conduct<'_>, doing: Doing) {
-    conduct.watched.tell(|status| {
-        status.doing = doing;
-        status.pokes = conduct.plan.plan().pokes();
-    });
+    conduct.watched.tell(|status| status.doing = doing);
 }
 
-/// The zero, put down.
+/// The zero, put down. Refuses one from which a limit lies beyond what the sensor can read.
 fn zeroed(
     force: &mut dyn ForceSensor,
+    conduct: &Conduct<'_>,
     writer: &SessionWriter,
     recorder: &mut Recorder,
 ) -> Result<Zero, AcquireError> {
@@ -171,6 +208,14 @@ fn zeroed(
         None,
         json!({"mean_counts": zero.mean, "sd_counts": zero.sd, "records": zero.records}),
     ));
+    let load = &conduct.bench.load;
+    let reads = force.format().wrench(zero.mean.map(|c| c.round() as i32));
+    for (axis, reads) in reads.into_iter().enumerate() {
+        let (limit, range) = (if axis < 3 { load.force_n[axis] } else { load.torque_nm }, load.range[axis]);
+        if reads.abs() + limit > range {
+            return Err(AcquireError::LimitOutOfRange { axis, reads, limit, range });
+        }
+    }
     Ok(zero)
 }
 
@@ -194,7 +239,7 @@ fn guarded(
         gap: conduct.gap,
         frozen: conduct.frozen,
     };
-    let live = LiveForce::new(zero.mean.map(|c| c.round() as i32));
+    let live = LiveForce::new(zero.mean.map(|c| c.round() as i32), force.format().rate_hz);
     let over = AtomicBool::new(false);
     let health = writer.health();
     let shared = Shared {
@@ -206,7 +251,6 @@ fn guarded(
         sensor: load.sensor,
         format: *force.format(),
         started: HostTime::now(),
-        planned: Duration::from_secs_f64(conduct.plan.plan().duration_s),
     };
     ran.zero = Some(zero);
     std::thread::scope(|scope| {
@@ -221,13 +265,14 @@ fn guarded(
         });
         let mut pilot = Pilot::new(stage, recorder, shared);
         let _stop = StopOnPanic(conduct.latch);
+        let finished = Over(&over);
         // Whoever halts the pilot has tripped the latch.
         let _ = body(&mut pilot, &mut ran.steps);
         if let Some(tripped) = conduct.latch.tripped() {
             ran.stopped = Some(aftermath(&mut pilot, tripped, conduct, &live, &shared));
         }
         ran.failure = pilot.into_failure();
-        over.store(true, Ordering::Release);
+        drop(finished);
         if let Ok((watched, losses)) = watcher.join() {
             ran.losses = losses;
             if let Err(error) = watched {
@@ -248,8 +293,12 @@ fn guarded(
 }
 
 /// One step of the plan.
-fn carry_out(pilot: &mut Pilot<'_>, step: &PlanStep, conduct: &Conduct<'_>) -> Result<(), Halted> {
-    let plan = conduct.plan.plan();
+fn carry_out(
+    pilot: &mut Pilot<'_>,
+    step: &PlanStep,
+    plan: &Plan,
+    conduct: &Conduct<'_>,
+) -> Result<(), Halted> {
     let total = plan.duration_s;
     match &step.step.action {
         Action::Mark { text } => pilot.note(event("mark", None, json!({"text": text}))),
@@ -264,7 +313,7 @@ fn carry_out(pilot: &mut Pilot<'_>, step: &PlanStep, conduct: &Conduct<'_>) -> R
             let radius_m = conduct.bench.tip_radius_m;
             let detail = json!({
                 "site_m": site_m, "direction": <[f64; 3]>::from(direction), "radius_m": radius_m,
-                "speed_m_s": stroke.speed_m_s, "air": stroke.air,
+                "speed_m_s": stroke.speed_m_s, "air": stroke.air, "deepest_m": stroke.deepest_m(),
             });
             pilot.note(event("stroke", step.step.poke, detail));
             if let Some(poke) = step.step.poke {
@@ -278,7 +327,13 @@ fn carry_out(pilot: &mut Pilot<'_>, step: &PlanStep, conduct: &Conduct<'_>) -> R
         pilot.begin(Doing::Leg(leg.phase), leg.duration_s, total - leg.end_s());
         pilot.note(leg_begins(step, leg));
         match leg.motion {
-            Some(motion) => pilot.go(motion, until_force(step, leg, conduct.bench))?,
+            Some(motion) => {
+                pilot.stands_at(leg.from_m)?;
+                let until = until_force(step, leg, conduct.bench);
+                if let Some(reached_n) = pilot.go(motion, until)? {
+                    pilot.note(event("force-reached", step.step.poke, json!({"force_n": reached_n})));
+                }
+            }
             None => pilot.stay(HostTime::now() + Duration::from_secs_f64(leg.duration_s))?,
         }
     }
@@ -322,8 +377,7 @@ fn aftermath(
 ) -> Stopped {
     tell(conduct, Doing::Stopped);
     conduct.watched.tell(|status| status.tripped = Some(tripped));
-    let before = pilot.last();
-    live.take_farthest();
+    let before = pilot.last_before(tripped.seen);
     let stands = pilot.watch_standing(STANDS);
     let after = pilot.last();
     let moved = |b: StageReport, a: StageReport| {
@@ -334,7 +388,7 @@ fn aftermath(
     while HostTime::now() < rests && pilot.watch_standing(AFTERMATH) {
         std::thread::sleep(Duration::from_millis(5));
     }
-    let peak = shared.format.wrench(live.take_farthest());
+    let peak = shared.format.wrench(live.farthest_after_stop());
     let peak_n = peak[..3].iter().map(|f| f * f).sum::<f64>().sqrt();
     let sent_after_ns = tripped.sent.map(|sent| sent.since(tripped.seen).as_nanos() as u64);
     pilot.note(event("stopped", None, json!({
@@ -348,28 +402,35 @@ fn aftermath(
 
 /// Takes the tip out of the phantom to above its surface.
 fn retract(pilot: &mut Pilot<'_>, conduct: &Conduct<'_>) -> bool {
-    let bench = conduct.bench;
-    let Some(report) = pilot.last() else { return false };
-    let tip = bench.mounting.tip_at(report.position_m);
-    let height = bench.height_m(tip);
-    if height >= bench.clearance_m {
+    let along = pilot.along();
+    let Some(motion) = pilot.last().and_then(|report| way_out(conduct.bench, report, along)) else {
+        return false;
+    };
+    if !conduct.latch.arm_again() {
         return false;
     }
     tell(conduct, Doing::Retracting);
-    // Straight back along the second axis, also out of a slanted poke: the shortest way out that the bench knows to be free.
-    // Back along the poke where one was in progress, otherwise straight out; as far as the travel allows.
-    let straight = if bench.descends([0.0, 1.0]) > 0.0 { [0.0, 1.0] } else { [0.0, -1.0] };
-    let along = pilot.along().unwrap_or(straight);
-    let back = (bench.clearance_m - height) / bench.descends(along).max(0.1);
-    let [low, high] = [0, 1].map(|end| bench.limits.travel_m.map(|t| t[end]));
-    let target_m = std::array::from_fn(|a| (report.position_m[a] - along[a] * back).clamp(low[a], high[a]));
-    let motion =
-        Motion { target_m, speed_m_s: bench.approach_speed_m_s, acceleration_m_s2: bench.acceleration_m_s2 };
     let done = pilot.retract(motion);
     // A person has to clear the stage before it moves again.
     conduct.latch.stop_again();
-    pilot.note(event("retracted", None, json!({"done": done.is_ok(), "target_m": target_m})));
-    done.is_ok()
+    let done = done.unwrap_or(false);
+    pilot.note(event("retracted", None, json!({"done": done, "target_m": motion.target_m})));
+    done
+}
+
+/// The motion that takes the tip above the phantom: back `along` the poke in progress, otherwise straight out, as far as the travel
+/// allows. None where it is above already.
+fn way_out(bench: &Bench, report: StageReport, along: Option<[f64; AXES]>) -> Option<Motion> {
+    let height = bench.height_m(bench.mounting.tip_at(report.position_m));
+    if height >= bench.clearance_m - AGREED_M {
+        return None;
+    }
+    let straight = if bench.descends([0.0, 1.0]) > 0.0 { [0.0, 1.0] } else { [0.0, -1.0] };
+    let along = along.unwrap_or(straight);
+    let back = (bench.clearance_m - height) / bench.descends(along).max(0.1);
+    let [low, high] = [0, 1].map(|end| bench.limits.travel_m.map(|t| t[end]));
+    let target_m = std::array::from_fn(|a| (report.position_m[a] - along[a] * back).clamp(low[a], high[a]));
+    Some(Motion { target_m, speed_m_s: bench.approach_speed_m_s, acceleration_m_s2: bench.acceleration_m_s2 })
 }
 
 /// Fetches frames until it is over.

@@ -2,7 +2,8 @@
 
 use crate::acquire::plan::{Leg, PlanStep};
 use crate::clock::HostTime;
-use crate::session::Event;
+use crate::device::ClockComparison;
+use crate::session::{ClockProbe, Event};
 use serde_json::{Value, json};
 
 /// An event with details, which are a JSON object.
@@ -13,6 +14,12 @@ pub(super) fn event(name: &'static str, poke: Option<u32>, detail: Value) -> Eve
         event.detail = detail;
     }
     event
+}
+
+/// A clock that was compared.
+pub(super) fn clock_probe(device: &str, compared: ClockComparison) -> ClockProbe {
+    let ClockComparison { sent, received, ticks, tick_hz } = compared;
+    ClockProbe { device: device.to_owned(), sent, received, device_ticks: ticks.into(), tick_hz }
 }
 
 /// A step begins.

@@ -12,5 +12,6 @@ mod event;
 mod pilot;
 mod zero;
 
-pub use conduct::{Conduct, Instruments, Ran, Stopped, conduct};
+pub use conduct::{Conduct, Instruments, Planner, Ran, Stopped, conduct};
+pub(in crate::acquire) use pilot::QUICK_LOOK;
 pub use zero::Zero;

@@ -2,6 +2,7 @@
 //!
 //! Whatever the stage does that it was not asked to trips the latch; whoever tripped it, the pilot learns of it within one look.
 
+use super::event::clock_probe;
 use crate::acquire::latch::{Cause, Latch};
 use crate::acquire::live::LiveForce;
 use crate::acquire::operator::Operator;
@@ -13,10 +14,15 @@ use crate::device::{
 };
 use crate::geometry::Vec3;
 use crate::session::{Event, Health, Recorder, Topic};
+use std::collections::VecDeque;
 use std::time::Duration;
 
 /// How long one look at the stage may take.
 const LOOK: Duration = Duration::from_millis(20);
+/// … while a force is waited for.
+pub(in crate::acquire) const QUICK_LOOK: Duration = Duration::from_millis(5);
+/// Reports that are kept to know where the stage was: half a second and more of them.
+const RECENT: usize = 128;
 /// A stage that was told to move may stand for so long before it does.
 const REACTION: Duration = Duration::from_millis(500);
 /// A motion may take so much longer than it should.
@@ -27,6 +33,8 @@ const GRACE: Duration = Duration::from_secs(2);
 const HOMING: Duration = Duration::from_secs(90);
 /// A stage that stands this close to where it was sent to is there, if its steps are no coarser (m).
 const THERE_M: f64 = 5e-6;
+/// Clocks are compared so often.
+const COMPARE: Duration = Duration::from_secs(1);
 /// A status is told so often.
 const TELL: Duration = Duration::from_millis(40);
 
@@ -53,8 +61,6 @@ pub(super) struct Shared<'a> {
     pub(super) sensor: SensorMounting,
     pub(super) format: ForceFormat,
     pub(super) started: HostTime,
-    /// What the plan takes in all.
-    pub(super) planned: Duration,
 }
 
 /// Leads the stage.
@@ -63,6 +69,10 @@ pub(super) struct Pilot<'a> {
     recorder: &'a mut Recorder,
     shared: Shared<'a>,
     last: Option<StageReport>,
+    /// Reports of late, the newest last.
+    recent: VecDeque<StageReport>,
+    /// Whether the last motion ended where nobody had planned.
+    cut_short: bool,
     /// What the stage said when it failed.
     failure: Option<DeviceError>,
     told: HostTime,
@@ -70,6 +80,8 @@ pub(super) struct Pilot<'a> {
     line: Option<([f64; AXES], [f64; AXES])>,
     /// What is left of the plan after the leg in progress ends, and when it should.
     after: (HostTime, Duration),
+    /// When the controller is asked for its clock next.
+    compare: HostTime,
 }
 
 impl<'a> Pilot<'a> {
@@ -80,16 +92,44 @@ impl<'a> Pilot<'a> {
             recorder,
             shared,
             last: None,
+            recent: VecDeque::with_capacity(RECENT),
+            cut_short: false,
             failure: None,
             told: now,
             line: None,
-            after: (now, shared.planned),
+            after: (now, Duration::ZERO),
+            compare: now,
         }
     }
 
     /// The latest report.
     pub(super) fn last(&self) -> Option<StageReport> {
         self.last
+    }
+
+    /// The latest report of those that had arrived at a time; the earliest known where all came later.
+    pub(super) fn last_before(&self, time: HostTime) -> Option<StageReport> {
+        self.recent.iter().rfind(|report| report.host <= time).or(self.recent.front()).copied()
+    }
+
+    /// What the whole plan takes.
+    pub(super) fn has_planned(&mut self, duration: Duration) {
+        self.after = (HostTime::now(), duration);
+    }
+
+    /// Sees that the stage stands where the plan has it before a motion; after a press that a force has ended, nobody knew where.
+    pub(super) fn stands_at(&mut self, planned_m: [f64; AXES]) -> Result<(), Halted> {
+        let at = self.position()?;
+        if self.cut_short || self.agree(at, planned_m) {
+            return Ok(());
+        }
+        self.trip(Cause::StageAstray)
+    }
+
+    /// Whether two positions are the same to a stage of such steps.
+    fn agree(&self, one_m: [f64; AXES], other_m: [f64; AXES]) -> bool {
+        let step = self.stage.limits().step_m.into_iter().fold(0.0, f64::max);
+        (0..AXES).all(|axis| (one_m[axis] - other_m[axis]).abs() <= THERE_M.max(2.0 * step))
     }
 
     /// What the stage said when it failed.
@@ -123,31 +163,33 @@ impl<'a> Pilot<'a> {
         self.line.map(|(_, along)| along)
     }
 
-    /// Moves the stage, until it is there or until the force is reached.
-    pub(super) fn go(&mut self, motion: Motion, until: Option<UntilForce>) -> Result<(), Halted> {
+    /// Moves the stage, until it is there or until the force is reached; that force (N) then.
+    pub(super) fn go(&mut self, motion: Motion, until: Option<UntilForce>) -> Result<Option<f64>, Halted> {
         let from = self.position()?;
         let length = (0..AXES).map(|a| (motion.target_m[a] - from[a]).powi(2)).sum::<f64>().sqrt();
         let takes = Trapezoid::new(length, motion.speed_m_s, motion.acceleration_m_s2).duration_s();
+        self.compare_clocks()?;
         let asked = HostTime::now();
         let moved = self.stage.move_to(motion);
         self.accepted(moved)?;
-        let overdue = asked + Duration::from_secs_f64(takes * PATIENCE) + GRACE;
-        let step = self.stage.limits().step_m.into_iter().fold(0.0, f64::max);
-        let there = |at: [f64; AXES]| {
-            (0..AXES).all(|a| (at[a] - motion.target_m[a]).abs() <= THERE_M.max(2.0 * step))
-        };
+        let overdue = asked + overdue_after(takes);
+        let look = if until.is_some() { QUICK_LOOK } else { LOOK };
         loop {
-            if let Some(report) = self.look(HostTime::now() + LOOK)? {
+            if let Some(report) = self.look(HostTime::now() + look)? {
                 let stands = report.state == StageState::Idle;
-                if stands && there(report.position_m) {
-                    return Ok(());
+                if stands && self.agree(report.position_m, motion.target_m) {
+                    self.cut_short = false;
+                    return Ok(None);
                 }
                 if stands && report.host.since(asked) > REACTION {
                     return self.trip(Cause::StageAstray);
                 }
             }
-            if until.is_some_and(|until| self.force_along(until.direction) >= until.force_n) {
-                return self.halt();
+            let reached = until.map(|until| (until.force_n, self.force_along(until.direction)));
+            if let Some((_, force_n)) = reached.filter(|(wanted, is)| is >= wanted) {
+                self.halt()?;
+                self.cut_short = true;
+                return Ok(Some(force_n));
             }
             if HostTime::now() > overdue {
                 return self.trip(Cause::StageAstray);
@@ -173,19 +215,34 @@ impl<'a> Pilot<'a> {
 
     /// Stands until a time, and sees that it does.
     pub(super) fn stay(&mut self, until: HostTime) -> Result<(), Halted> {
+        let stands = self.position()?;
         while HostTime::now() < until {
+            self.compare_clocks()?;
             let look = until.min(HostTime::now() + LOOK);
-            let report = self.look(look)?;
-            if report.is_some_and(|r| r.state == StageState::Moving) && self.settled(HostTime::now()) {
-                return self.trip(Cause::StageAstray);
-            }
+            self.stands_still(stands, look)?;
         }
         Ok(())
     }
 
-    /// Whether a motion that was asked for cannot still be the reason that the stage moves.
-    fn settled(&self, now: HostTime) -> bool {
-        now.since(self.after.0) > GRACE
+    /// One look at a stage that has come to rest and that nobody has asked to move.
+    fn stands_still(&mut self, at_m: [f64; AXES], until: HostTime) -> Result<(), Halted> {
+        match self.look(until)? {
+            Some(report) if !self.agree(report.position_m, at_m) => self.trip(Cause::StageAstray),
+            _ => Ok(()),
+        }
+    }
+
+    /// Has the controller say its time, once in a while and only while the stage stands: an answer takes the line for some milliseconds.
+    fn compare_clocks(&mut self) -> Result<(), Halted> {
+        if HostTime::now() < self.compare {
+            return Ok(());
+        }
+        let compared = self.stage.compare_clocks();
+        if let Some(compared) = self.accepted(compared)? {
+            self.recorder.clock_probe(clock_probe("stage", compared));
+        }
+        self.compare = HostTime::now() + COMPARE;
+        Ok(())
     }
 
     /// Homes the stage.
@@ -208,8 +265,9 @@ impl<'a> Pilot<'a> {
     pub(super) fn ask(&mut self, text: &str) -> Result<(), Halted> {
         self.shared.operator.ask();
         self.shared.watched.tell(|status| text.clone_into(&mut status.message));
+        let stands = self.position()?;
         while !self.shared.operator.has_agreed() {
-            self.look(HostTime::now() + LOOK)?;
+            self.stands_still(stands, HostTime::now() + LOOK)?;
         }
         self.shared.watched.tell(|status| status.message.clear());
         Ok(())
@@ -275,26 +333,40 @@ impl<'a> Pilot<'a> {
         false
     }
 
-    /// Takes the stage back along the poke, after the latch was tripped and the stage cleared: as far as the leg back of the plan.
-    pub(super) fn retract(&mut self, motion: Motion) -> Result<(), DeviceError> {
+    /// Takes the tip out, after the latch was tripped and armed again; whether it is out. Whatever trips the latch in between ends it.
+    pub(super) fn retract(&mut self, motion: Motion) -> Result<bool, DeviceError> {
+        let Some(from) = self.last else { return Ok(false) };
+        // Who stops it here has stopped it: what is asked of the stage next is not done.
+        let go_on = |latch: &Latch| !latch.tripped_again();
+        if !go_on(self.shared.latch) {
+            return Ok(false);
+        }
         self.stage.clear()?;
+        if !go_on(self.shared.latch) {
+            return Ok(false);
+        }
         self.stage.move_to(motion)?;
-        let end = HostTime::now() + GRACE + GRACE;
-        while HostTime::now() < end {
-            if let Some(report) = self.stage.report(HostTime::now() + LOOK)? {
-                self.take(report);
-                let apart =
-                    (0..AXES).map(|a| (report.position_m[a] - motion.target_m[a]).abs()).fold(0.0, f64::max);
-                if report.state == StageState::Idle && apart < THERE_M {
-                    break;
-                }
+        let length = (0..AXES).map(|a| (motion.target_m[a] - from.position_m[a]).powi(2)).sum::<f64>().sqrt();
+        let takes = Trapezoid::new(length, motion.speed_m_s, motion.acceleration_m_s2).duration_s();
+        let end = HostTime::now() + overdue_after(takes);
+        while HostTime::now() < end && go_on(self.shared.latch) {
+            let Some(report) = self.stage.report(HostTime::now() + LOOK)? else { continue };
+            self.take(report);
+            match report.state {
+                StageState::Idle if self.agree(report.position_m, motion.target_m) => return Ok(true),
+                StageState::Fault { .. } => return Ok(false),
+                _ => {}
             }
         }
-        Ok(())
+        Ok(false)
     }
 
     fn take(&mut self, report: StageReport) {
         self.last = Some(report);
+        if self.recent.len() == RECENT {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(report);
         self.recorder.stage(report);
     }
 
@@ -321,9 +393,9 @@ impl<'a> Pilot<'a> {
         Err(Halted)
     }
 
-    /// Force of the tip on the phantom along a direction of the phantom frame (N), now.
+    /// Force of the tip on the phantom along a direction of the phantom frame (N), in the mean of the last 10 ms.
     fn force_along(&self, direction: Vec3) -> f64 {
-        let (counts, _) = self.shared.live.latest();
+        let counts = self.shared.live.mean().map(|c| c.round() as i32);
         self.shared.sensor.on_phantom(self.shared.format.wrench(counts)).0.dot(&direction)
     }
 
@@ -349,6 +421,11 @@ impl<'a> Pilot<'a> {
             status.tripped = self.shared.latch.tripped();
         });
     }
+}
+
+/// When a motion that should take so long (s) is taken for one that does not come to its end.
+fn overdue_after(takes_s: f64) -> Duration {
+    Duration::from_secs_f64(takes_s * PATIENCE) + GRACE
 }
 
 /// What became of the force records, for those who watch.

@@ -102,6 +102,20 @@ pub(super) fn contact(stroke: &Stroke, path: &[Placed]) -> Option<Contact> {
     Some(Contact { start_s: begins.0, end_s: ends.0, rows })
 }
 
+/// From when to when (s) a stroke that was not finished had the tip in the phantom, of all reports between two times; to the end of time
+/// where it was not seen to come out.
+pub(super) fn inside(stroke: &Stroke, path: &[Placed], from_s: f64, to_s: f64) -> Option<[f64; 2]> {
+    let depth = |placed: &Placed| (placed.1 - stroke.site).dot(&stroke.direction);
+    let during = || path.iter().filter(|p| p.0 >= from_s && p.0 < to_s);
+    let mut within = during().filter(|p| depth(p) > 0.0);
+    let first = within.next()?;
+    let last = within.next_back().unwrap_or(first);
+    // Contact lies between two reports: those outside it are safe.
+    let before = during().take_while(|p| p.0 < first.0).last().map_or(from_s, |p| p.0);
+    let after = during().find(|p| p.0 > last.0).map_or(to_s, |p| p.0);
+    Some([before, after])
+}
+
 /// The stage's position in the phantom frame.
 pub(super) fn placed(mounting: &Mounting, time_s: f64, position_m: [f64; crate::device::AXES]) -> Placed {
     (time_s, mounting.tip_at(position_m))
@@ -140,6 +154,16 @@ mod tests {
         assert!((deepest - 0.002).abs() < 1e-12);
         assert!(contact.rows.windows(2).all(|w| w[0].0 < w[1].0));
         assert_eq!(super::contact(&stroke(), &path[..20]), None, "never came back");
+    }
+
+    #[test]
+    fn a_stroke_that_was_not_finished_was_inside_from_its_first_report_there_to_the_one_that_is_out() {
+        let at = |t: f64, height: f64| (t, stroke().site + Vec3::z() * height);
+        let path =
+            [at(0.0, 1e-3), at(0.1, 1e-4), at(0.2, -1e-3), at(0.3, -2e-3), at(0.4, -1e-4), at(0.5, 1e-4)];
+        assert_eq!(inside(&stroke(), &path, 0.0, 9.0), Some([0.1, 0.5]));
+        assert_eq!(inside(&stroke(), &path[..5], 0.0, f64::INFINITY), Some([0.1, f64::INFINITY]));
+        assert_eq!(inside(&stroke(), &path[..2], 0.0, 9.0), None);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! A recorded session → a recording: one clock, one frame, SI, and the zero of the force taken off.
+//! Recorded sessions → a recording: one clock, one frame, SI, and the zero of the force taken off.
 //!
 //! - **Clock.** Reports and records carry the host's time of their arrival, which is late by a different amount each time, and the
 //!   device's own count, which is not. [`DeviceClock`](crate::clock::DeviceClock) puts the count on the host's clock (`times`).
@@ -9,8 +9,9 @@
 //! What the session does not hold is not made up: a poke that was not finished is left out, and said so.
 
 mod contacts;
+mod part;
 mod recorded;
 mod rows;
 mod times;
 
-pub use recorded::{FromSession, read_session};
+pub use recorded::{FromSession, read_sessions};

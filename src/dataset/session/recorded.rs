@@ -1,21 +1,17 @@
-//! Everything of a session put together into a recording.
+//! Everything of one or several sessions put together into a recording.
 
-use super::contacts::{Contact, Placed, Stroke, contact, placed, strokes};
-use super::rows::{Means, Spans};
-use super::times::Arrivals;
-use crate::clock::{DeviceClock, HostTime};
+use super::contacts::{Contact, Placed, Stroke};
+use super::part::{Part, read_part};
 use crate::dataset::DatasetError;
-use crate::device::{MarkerPosition, Mounting, SensorMounting};
-use crate::geometry::{Mat3, Vec3};
+use crate::device::MarkerPosition;
+use crate::geometry::Vec3;
 use crate::mesh::TetMesh;
 use crate::observation::{
     Contact as Touch, MarkerRow, Markers, Noise, Phantom, Poke, Recording, Stage, Tip, TipShape, Wrench,
 };
-use crate::session::{Event, MountingDocument, Session, StartDocument};
+use crate::session::{Session, StartDocument, utc_seconds};
 use std::collections::BTreeMap;
 
-/// Rows of force a second.
-const ROW_RATE_HZ: f64 = 50.0;
 /// A marker this far from the surface is refused (m).
 const MAX_STANDOFF_M: f64 = 0.01;
 /// Digits after the decimal point of rows: 0.1 µm, 1 µN, 0.01 µN·m.
@@ -23,7 +19,7 @@ const DIGITS: [i32; 3] = [7, 6, 8];
 /// The least noise that is stated, where an instrument shows none (m, N, N·m).
 const LEAST: [f64; 3] = [1e-6, 1e-5, 1e-7];
 
-/// A recording, and what of the session is not in it.
+/// A recording, and what of the sessions is not in it.
 #[derive(Debug)]
 pub struct FromSession {
     /// The recording.
@@ -32,70 +28,47 @@ pub struct FromSession {
     pub remarks: Vec<String>,
 }
 
-/// Turns a session into a recording on a mesh, which is that of its phantom.
+/// Turns a session, and others that went on with it on the same rig, in order, into one recording on a mesh, which is that of their phantom.
 ///
-/// Time zero is the zero of the force sensor. Noise is that of the rest before the first poke.
+/// Time zero is the first zero of the force sensor. Each time that the devices were started the zero was taken anew: what follows is
+/// less that. Noise is that of the rest before the first poke.
 ///
 /// # Errors
-/// [`DatasetError`]: the session cannot be read, or says too little: no mounting, no zero of the force, no poke that was finished.
-pub fn read_session(session: &Session, mesh: TetMesh) -> Result<FromSession, DatasetError> {
-    let start = session.start();
-    let missing =
-        |what: &'static str| DatasetError::SessionWithout { session: session.folder().to_owned(), what };
-    let document = start.mounting.as_ref().ok_or_else(|| missing("how stage and sensor are mounted"))?;
-    let mounting = Mounting::new(document.origin_m, document.axes, document.tolerance_m)
-        .ok_or_else(|| missing("two axes of the stage that span a plane"))?;
-    let format = start.force.as_ref().ok_or_else(|| missing("a force sensor"))?.format();
-    let events: Vec<Event> = session.events().collect::<Result<_, _>>()?;
+/// [`DatasetError`]: a session cannot be read, is of another rig than the first, or goes back in time; together they say too little: no
+/// mounting, no zero of the force, no poke that was finished.
+pub fn read_sessions(sessions: &[Session], mesh: TetMesh) -> Result<FromSession, DatasetError> {
+    let first = sessions.first().ok_or(DatasetError::NoSessions)?;
+    let start = first.start();
     let mut remarks = Vec::new();
-
-    let all = strokes(events.iter().cloned());
-    let first = all.iter().find_map(|s| s.pressed_ns).ok_or_else(|| missing("a poke"))?;
-    let zero = zero_before(&events, first)
-        .ok_or_else(|| missing("a zero of the force sensor before its first poke"))?;
-    let origin = HostTime::from_nanos(zero.0);
-    let seconds = |ns: u64| HostTime::from_nanos(ns).seconds_after(origin);
-
-    let path = stage_path(session, &mounting, origin, &mut remarks)?;
-    let during = |stroke: &Stroke, end_ns: u64| -> Vec<Placed> {
-        let (from, to) = (seconds(stroke.began_ns), seconds(end_ns));
-        path.iter().filter(|p| (from..=to).contains(&p.0)).copied().collect()
-    };
-    let mut touched: Vec<(Stroke, Contact)> = Vec::new();
-    for stroke in all {
-        let found = stroke.ended_ns.and_then(|end| contact(&stroke, &during(&stroke, end)));
-        match found {
-            Some(found) => touched.push((stroke, found)),
-            None => remarks.push(format!("poke {} was not finished; it is left out", stroke.poke)),
+    let mut whole = Whole::default();
+    let mut zero: Option<(StartDocument, Part)> = None;
+    for session in sessions {
+        if session.start().rig.sha256 != start.rig.sha256 {
+            return Err(DatasetError::OtherRig {
+                session: session.folder().to_owned(),
+                first: first.folder().to_owned(),
+            });
+        }
+        for file in session.parts() {
+            let Some(part) = read_part(&file, &mut remarks)? else { continue };
+            let offset_s = match &zero {
+                None => 0.0,
+                Some((began, origin)) => since(began, origin, file.start(), &part)
+                    .filter(|&s| s > whole.end_s())
+                    .ok_or_else(|| DatasetError::SessionBack { session: session.folder().to_owned() })?,
+            };
+            whole.take(&part, offset_s);
+            zero.get_or_insert_with(|| (file.start().clone(), part));
         }
     }
-    if touched.is_empty() {
-        return Err(missing("a poke that was finished"));
-    }
-    let rest_until_s = seconds(first).min(touched[0].1.start_s);
-
-    let clock = force_clock(session, format.tick_hz, origin, &mut remarks)?;
-    let sensor = sensor(document);
-    let last = path.last().map_or(touched[touched.len() - 1].1.end_s, |p| p.0);
-    let limits: Vec<f64> = std::iter::once(0.0)
-        .chain(touched.iter().flat_map(|(_, c)| [c.start_s, c.end_s]))
-        .chain([last])
-        .collect();
-    let mut means = Means::new(Spans::new(&limits, 1.0 / ROW_RATE_HZ));
-    let mut arrivals = Arrivals::new(1.0 / format.tick_hz, origin);
-    for record in session.force() {
-        let record = record?;
-        let device = arrivals.next(record.ft_sequence, record.host);
-        let time_s = clock.map_or(record.host.seconds_after(origin), |c| c.host_s(device));
-        let counts: [f64; 6] = std::array::from_fn(|i| f64::from(record.counts[i]) - zero.1[i]);
-        let scale = |i: usize| if i < 3 { format.counts_per_newton } else { format.counts_per_newton_metre };
-        let (force, torque) = sensor.on_phantom(std::array::from_fn(|i| counts[i] / scale(i)));
-        means.take(time_s, [force.x, force.y, force.z, torque.x, torque.y, torque.z]);
-    }
-    let wrench = wrench(&means.rows(format.rate_hz));
-    let markers = markers(session, origin)?;
-    let noise = noise(&wrench, &markers, rest_until_s, start);
-    let pokes = (1..).zip(&touched).map(|(number, (stroke, contact))| Poke {
+    let Some((_, rested)) = zero else {
+        let session = first.folder().to_owned();
+        return Err(DatasetError::SessionWithout { session, what: "a poke that was finished" });
+    };
+    let wrench = wrench(&whole.wrench);
+    let markers = markers(&whole.frames);
+    let noise = noise(&wrench, &markers, rested.rest_until_s, start);
+    let pokes = (1..).zip(&whole.touched).map(|(number, (stroke, contact))| Poke {
         number,
         site: stroke.site,
         direction: stroke.direction,
@@ -105,7 +78,7 @@ pub fn read_session(session: &Session, mesh: TetMesh) -> Result<FromSession, Dat
     });
     let recording = Recording {
         name: start.name.clone(),
-        rest_until_s,
+        rest_until_s: rested.rest_until_s,
         phantom: Phantom {
             poisson_ratio: start.phantom.poisson_ratio,
             density_kg_m3: start.phantom.density_kg_m3,
@@ -117,28 +90,52 @@ pub fn read_session(session: &Session, mesh: TetMesh) -> Result<FromSession, Dat
         max_standoff_m: MAX_STANDOFF_M,
         mesh,
         pokes: pokes.collect(),
-        stage: Some(stage(&path, &touched)),
+        stage: Some(stage(&whole.path, &whole.touched)),
         wrench,
         markers,
     };
     Ok(FromSession { recording, remarks })
 }
 
-/// Host time (ns) and mean counts of the last zero before a time.
-fn zero_before(events: &[Event], before_ns: u64) -> Option<(u64, [f64; 6])> {
-    let last = events.iter().rfind(|e| e.name == "zero" && e.host_ns < before_ns);
-    last.and_then(|event| {
-        let list = event.detail.get("mean_counts")?.as_array()?;
-        let values: Vec<f64> = list.iter().filter_map(serde_json::Value::as_f64).collect();
-        Some((event.host_ns, values.try_into().ok()?))
-    })
+/// From the zero of one stretch to that of another (s). Monotonic clocks of one boot are the same; otherwise the wall clock has to do.
+fn since(began: &StartDocument, first: &Part, then: &StartDocument, part: &Part) -> Option<f64> {
+    if began.boot == then.boot && !began.boot.is_empty() {
+        return Some(part.origin.seconds_after(first.origin));
+    }
+    let wall = utc_seconds(&then.started_utc)? - utc_seconds(&began.started_utc)?;
+    let after_start =
+        |document: &StartDocument, part: &Part| part.origin.nanos() as f64 - document.started_host_ns as f64;
+    Some(wall + 1e-9 * (after_start(then, part) - after_start(began, first)))
 }
 
-fn sensor(document: &MountingDocument) -> SensorMounting {
-    SensorMounting {
-        to_phantom: Mat3::from_fn(|i, j| document.sensor_to_phantom[i][j]),
-        tip_m: document.sensor_to_tip_m.into(),
-        reads_reaction: document.reads_reaction,
+/// All stretches on one clock.
+#[derive(Default)]
+struct Whole {
+    touched: Vec<(Stroke, Contact)>,
+    path: Vec<Placed>,
+    wrench: Vec<(f64, [f64; 6])>,
+    frames: Vec<(f64, Vec<MarkerPosition>)>,
+}
+
+impl Whole {
+    fn take(&mut self, part: &Part, offset_s: f64) {
+        self.touched.extend(part.touched.iter().map(|(stroke, contact)| {
+            let rows = contact.rows.iter().map(|&(t, moved)| (t + offset_s, moved)).collect();
+            let (start_s, end_s) = (contact.start_s + offset_s, contact.end_s + offset_s);
+            (stroke.clone(), Contact { start_s, end_s, rows })
+        }));
+        // Before the zero was taken, nothing is known of the force.
+        let known = part.path.iter().filter(|p| p.0 >= 0.0);
+        self.path.extend(known.map(|&(t, at)| (t + offset_s, at)));
+        self.wrench.extend(part.wrench.iter().map(|&(t, value)| (t + offset_s, value)));
+        self.frames.extend(part.frames.iter().map(|(t, seen)| (t + offset_s, seen.clone())));
+    }
+
+    /// When the last of it was (s).
+    fn end_s(&self) -> f64 {
+        let last =
+            [self.path.last().map(|p| p.0), self.wrench.last().map(|w| w.0), self.frames.last().map(|f| f.0)];
+        last.into_iter().flatten().fold(0.0, f64::max)
     }
 }
 
@@ -150,58 +147,6 @@ fn tip(start: &StartDocument) -> Tip {
         _ => TipShape::Pad,
     };
     Tip { contact, shape }
-}
-
-/// All reports with the tip in the phantom frame, in order of time.
-fn stage_path(
-    session: &Session,
-    mounting: &Mounting,
-    origin: HostTime,
-    remarks: &mut Vec<String>,
-) -> Result<Vec<Placed>, DatasetError> {
-    let mut arrivals = Arrivals::new(1e-6, origin);
-    let mut path = Vec::new();
-    let mut ticks = true;
-    for report in session.stage() {
-        let report = report?;
-        let host_s = report.host.seconds_after(origin);
-        let device_s = report.tick_us.map(|tick| arrivals.next(tick, report.host));
-        ticks &= device_s.is_some();
-        path.push((device_s, host_s, report.position_m));
-    }
-    let clock = if ticks { arrivals.clock() } else { None };
-    if ticks && clock.is_none() && !path.is_empty() {
-        remarks.push("the stage was reset in between: its reports count from their arrival".to_owned());
-    }
-    let time = |(device, host): (Option<f64>, f64)| match (clock, device) {
-        (Some(clock), Some(device)) => clock.host_s(device),
-        _ => host,
-    };
-    let mut placed: Vec<Placed> =
-        path.into_iter().map(|(device, host, at)| placed(mounting, time((device, host)), at)).collect();
-    placed.dedup_by(|b, a| b.0 <= a.0);
-    Ok(placed)
-}
-
-/// The sensor's clock from all its records; none where it was restarted in between.
-fn force_clock(
-    session: &Session,
-    tick_hz: f64,
-    origin: HostTime,
-    remarks: &mut Vec<String>,
-) -> Result<Option<DeviceClock>, DatasetError> {
-    let mut arrivals = Arrivals::new(1.0 / tick_hz, origin);
-    for record in session.force() {
-        let record = record?;
-        arrivals.next(record.ft_sequence, record.host);
-    }
-    let clock = arrivals.clock();
-    if clock.is_none() {
-        remarks.push(
-            "the force sensor was restarted in between: its records count from their arrival".to_owned(),
-        );
-    }
-    Ok(clock)
 }
 
 fn rounded(value: f64, digits: i32) -> f64 {
@@ -223,7 +168,7 @@ fn wrench(rows: &[(f64, [f64; 6])]) -> Wrench {
 fn stage(path: &[Placed], touched: &[(Stroke, Contact)]) -> Stage {
     let mut rows: Vec<(f64, Vec3)> = Vec::with_capacity(path.len() + 2 * touched.len());
     let outside = |t: f64| touched.iter().all(|(_, c)| t < c.start_s || t > c.end_s);
-    rows.extend(path.iter().filter(|p| p.0 >= 0.0 && outside(p.0)).map(|p| (p.0, Vec3::zeros())));
+    rows.extend(path.iter().filter(|p| outside(p.0)).map(|p| (p.0, Vec3::zeros())));
     rows.extend(touched.iter().flat_map(|(_, c)| c.rows.iter().copied()));
     rows.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut stage = Stage::default();
@@ -234,23 +179,14 @@ fn stage(path: &[Placed], touched: &[(Stroke, Contact)]) -> Stage {
     stage
 }
 
-fn markers(session: &Session, origin: HostTime) -> Result<Markers, DatasetError> {
-    let mut frames: Vec<(f64, Vec<MarkerPosition>)> = Vec::new();
-    let mut numbers: BTreeMap<u32, u32> = BTreeMap::new();
-    for frame in session.markers() {
-        let frame = frame?;
-        let time_s = frame.host.seconds_after(origin);
-        let later = frames.last().is_none_or(|last| time_s > last.0);
-        if time_s >= 0.0 && later {
-            numbers.extend(frame.markers.iter().map(|m| (m.marker, 0)));
-            frames.push((time_s, frame.markers));
-        }
-    }
+fn markers(frames: &[(f64, Vec<MarkerPosition>)]) -> Markers {
+    let seen = frames.iter().flat_map(|(_, seen)| seen.iter().map(|m| (m.marker, 0)));
+    let mut numbers: BTreeMap<u32, u32> = seen.collect();
     for (index, value) in (0..).zip(numbers.values_mut()) {
         *value = index;
     }
     let mut rows = Vec::new();
-    for (frame, (_, seen)) in (0..).zip(&frames) {
+    for (frame, (_, seen)) in (0..).zip(frames) {
         rows.extend(seen.iter().map(|m| MarkerRow {
             frame,
             marker: numbers[&m.marker],
@@ -258,7 +194,7 @@ fn markers(session: &Session, origin: HostTime) -> Result<Markers, DatasetError>
         }));
     }
     let frame_time_s = frames.iter().map(|f| f.0).collect();
-    Ok(Markers { numbers: numbers.into_keys().collect(), frame_time_s, rows })
+    Markers { numbers: numbers.into_keys().collect(), frame_time_s, rows }
 }
 
 /// What the instruments did while nothing touched the phantom.

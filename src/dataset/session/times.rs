@@ -6,6 +6,10 @@ use crate::clock::{DeviceClock, HostTime};
 const BACK_S: f64 = 1.0;
 /// So does one that runs ahead of the host's clock by more than this (s): what waited to be fetched did not wait so long.
 const AHEAD_S: f64 = 60.0;
+/// In a stretch of so long (s) something arrives promptly, but for one stretch in so many: by less than this (s).
+const STRETCH_S: f64 = 2.0;
+const SELDOM: f64 = 0.2;
+const SLIPPED_S: f64 = 0.02;
 /// Of each span of so long only the promptest arrival is kept (s).
 const SPAN_S: f64 = 0.1;
 
@@ -56,9 +60,20 @@ impl Arrivals {
         device
     }
 
-    /// The device's clock; none where it was reset or nothing came.
+    /// The device's clock; none where it was reset, where it slipped against the host's, or where nothing came.
     pub(super) fn clock(&self) -> Option<DeviceClock> {
-        self.steady.then(|| DeviceClock::from_arrivals(&self.prompt)).flatten()
+        let clock = DeviceClock::from_arrivals(&self.prompt).filter(|_| self.steady)?;
+        // Arrivals are late now and then. Where even the promptest of whole seconds are late again and again, the line is none.
+        let mut latest: Vec<(u64, f64)> = Vec::new();
+        for [device, host] in &self.prompt {
+            let (stretch, late) = ((host / STRETCH_S) as u64, host - clock.host_s(*device));
+            match latest.last_mut().filter(|last| last.0 == stretch) {
+                Some(last) => last.1 = last.1.min(late),
+                None => latest.push((stretch, late)),
+            }
+        }
+        let late = latest.iter().filter(|(_, late)| *late > SLIPPED_S).count();
+        (late as f64 <= SELDOM * latest.len() as f64).then_some(clock)
     }
 }
 
@@ -83,6 +98,14 @@ mod tests {
         for (n, d) in device.into_iter().enumerate() {
             assert!((clock.host_s(d) - (n as f64 * 1e-3 + 1e-3)).abs() < 5e-5, "{n}");
         }
+        // One that slips is none either: 0.2 s in the middle.
+        let mut slips = Arrivals::new(1e-3, origin);
+        for n in 0..30_000_u32 {
+            let slip_us = if n > 12_000 { 200_000 } else { 0 };
+            let delay_us = 1000 + slip_us + (u64::from(n) * 7919) % 29_000;
+            slips.next(n, HostTime::from_nanos(5_000_000_000 + u64::from(n) * 1_000_000 + delay_us * 1000));
+        }
+        assert_eq!(slips.clock(), None);
         // A device that starts anew is no clock.
         arrivals.next(7, HostTime::from_nanos(14_100_000_000));
         assert_eq!(arrivals.clock(), None);

@@ -15,7 +15,8 @@ use super::status::Word;
 use super::stopper::{GrblStopper, Latch};
 use crate::clock::HostTime;
 use crate::device::{
-    AXES, DeviceError, Motion, Stage, StageIdentity, StageLimits, StageReport, StageState, Stopper,
+    AXES, ClockComparison, DeviceError, Motion, Stage, StageIdentity, StageLimits, StageReport, StageState,
+    Stopper, Stopping,
 };
 use crate::driver::DriverError;
 use std::sync::{Arc, Mutex};
@@ -373,6 +374,12 @@ impl Stage for GrblStage {
         &self.machine.limits
     }
 
+    fn stopping(&self) -> Option<Stopping> {
+        let deceleration_m_s2 =
+            self.machine.limits.acceleration_m_s2.into_iter().fold(f64::INFINITY, f64::min);
+        Some(Stopping { delay: self.braking_delay(), deceleration_m_s2 })
+    }
+
     fn home(&mut self) -> Result<(), DeviceError> {
         self.ready("home")?;
         self.link.send(b"$H\n")?;
@@ -472,6 +479,11 @@ impl Stage for GrblStage {
                 Some(_) => {}
             }
         }
+    }
+
+    /// Grbl tells no time.
+    fn compare_clocks(&mut self) -> Result<Option<ClockComparison>, DeviceError> {
+        Ok(None)
     }
 
     fn stopper(&self) -> Result<Box<dyn Stopper>, DeviceError> {

@@ -61,6 +61,8 @@ pub(super) struct Connection {
     pub(super) link: Link,
     pub(super) identity: Identity,
     pub(super) limits: StageLimits,
+    /// Deceleration after a stop (m/s²).
+    pub(super) emergency_m_s2: f64,
 }
 
 /// Asks who is there, and changes nothing.
@@ -82,7 +84,7 @@ pub(super) fn connect_through(
     check(&mut link, &identity)?;
     let until = HostTime::now() + options.greeting;
     match open(&mut link, options, until) {
-        Ok((identity, limits)) => Ok(Connection { link, identity, limits }),
+        Ok((identity, limits, emergency_m_s2)) => Ok(Connection { link, identity, limits, emergency_m_s2 }),
         Err(trouble) => Err(link.error(trouble, words::OPEN).into()),
     }
 }
@@ -131,15 +133,17 @@ fn open(
     link: &mut Link,
     options: &NativeOptions,
     until: HostTime,
-) -> Result<(Identity, StageLimits), Trouble> {
+) -> Result<(Identity, StageLimits, f64), Trouble> {
     let identity = open_session(link, options, until)?;
     let axes = [describe(link, 0)?, describe(link, 1)?];
-    Ok((identity, units::limits(&axes)))
+    let [(first, emergency_um_s2), (second, _)] = axes;
+    Ok((identity, units::limits(&[first, second]), units::from_um(emergency_um_s2.into())))
 }
 
-fn describe(link: &mut Link, axis: u8) -> Result<AxisLimits, Trouble> {
+/// An axis, and the deceleration of the whole stage after a stop (µm/s²).
+fn describe(link: &mut Link, axis: u8) -> Result<(AxisLimits, u32), Trouble> {
     match link.set(Request::Describe { axis })? {
-        Response::Axis { limits, .. } => Ok(limits),
+        Response::Axis { limits, emergency_um_s2, .. } => Ok((limits, emergency_um_s2)),
         other => Err(Trouble::Senseless(other)),
     }
 }

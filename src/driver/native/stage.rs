@@ -8,7 +8,9 @@ use super::link::{Answer, Link, NativeLosses, Trouble};
 use super::units;
 use super::words::{self, Task};
 use crate::clock::HostTime;
-use crate::device::{DeviceError, Motion, Stage, StageIdentity, StageLimits, StageReport, Stopper};
+use crate::device::{
+    ClockComparison, DeviceError, Motion, Stage, StageIdentity, StageLimits, StageReport, Stopper, Stopping,
+};
 use crate::driver::DriverError;
 use firmware_proto::{AxisSet, Fault, Identity, Reason, Request, Response, State};
 use std::io;
@@ -32,6 +34,7 @@ pub struct NativeStage {
     link: Link,
     identity: StageIdentity,
     limits: StageLimits,
+    emergency_m_s2: f64,
     controller: Identity,
     options: NativeOptions,
     /// Stops that a person has cleared.
@@ -48,13 +51,13 @@ impl NativeStage {
     }
 
     pub(super) fn new(connection: Connection, options: &NativeOptions) -> Self {
-        let Connection { link, identity: controller, limits } = connection;
+        let Connection { link, identity: controller, limits, emergency_m_s2 } = connection;
         let identity = StageIdentity {
             controller: controller.name.as_str().to_owned(),
             firmware: format!("{:016x}", controller.firmware_hash),
             port: options.port.clone(),
         };
-        Self { link, identity, limits, controller, options: options.clone(), cleared: 0 }
+        Self { link, identity, limits, emergency_m_s2, controller, options: options.clone(), cleared: 0 }
     }
 
     /// Who is behind the port, whatever version it has. Opens no session and changes nothing.
@@ -188,6 +191,11 @@ impl Stage for NativeStage {
         &self.limits
     }
 
+    /// Its firmware decelerates within one of its ticks.
+    fn stopping(&self) -> Option<Stopping> {
+        Some(Stopping { delay: Duration::from_millis(1), deceleration_m_s2: self.emergency_m_s2 })
+    }
+
     fn home(&mut self) -> Result<(), DeviceError> {
         self.ready(words::HOME)?;
         let motion = self.link.host().next_motion();
@@ -233,6 +241,12 @@ impl Stage for NativeStage {
                 return Ok(report);
             }
         }
+    }
+
+    fn compare_clocks(&mut self) -> Result<Option<ClockComparison>, DeviceError> {
+        let ClockSample { sent, tick_us, left_us, received } = self.ping()?;
+        let ticks = tick_us.wrapping_add(left_us.wrapping_sub(tick_us) / 2);
+        Ok(Some(ClockComparison { sent, received, ticks, tick_hz: 1e6 }))
     }
 
     fn stopper(&self) -> Result<Box<dyn Stopper>, DeviceError> {

@@ -10,7 +10,8 @@ use super::settings::NetFtSettings;
 use super::socket::{SensorSocket, resolve};
 use crate::clock::HostTime;
 use crate::device::{
-    DeviceError, ForceFormat, ForceIdentity, ForceRecord, ForceSensor, Losses, SequenceStep, SequenceTracker,
+    ClockComparison, DeviceError, ForceFormat, ForceIdentity, ForceRecord, ForceSensor, Losses, SequenceStep,
+    SequenceTracker,
 };
 use std::io;
 use std::net::SocketAddrV4;
@@ -44,6 +45,8 @@ pub struct NetFt {
     streaming: bool,
     /// Records that arrived while the stream was being started.
     first: Vec<ForceRecord>,
+    /// How its clock compares, by the first of them.
+    clock: Option<ClockComparison>,
 }
 
 impl NetFt {
@@ -87,6 +90,7 @@ impl NetFt {
             interference: NetFtInterference::default(),
             streaming: false,
             first: Vec::with_capacity(MOST_RECORDS),
+            clock: None,
         })
     }
 
@@ -170,11 +174,13 @@ impl ForceSensor for NetFt {
         }
         self.discard(AT_ONCE)?;
         self.first.clear();
+        self.clock = None;
         self.tracker = SequenceTracker::new(self.format.ticks_a_record());
         self.interference =
             NetFtInterference { foreign: self.socket.foreign(), ..NetFtInterference::default() };
         let begun = HostTime::now();
         for attempt in 0..ATTEMPTS {
+            let sent = HostTime::now();
             self.send(self.start)?;
             self.streaming = true;
             let until = HostTime::now() + self.patience();
@@ -184,6 +190,14 @@ impl ForceSensor for NetFt {
                 if attempt > 0 {
                     self.keep_latest(until, false)?;
                 }
+                // Where several requests went out, nobody knows which was answered: the first is surely before the record.
+                let sent = if attempt == 0 { sent } else { begun };
+                self.clock = self.first.first().map(|record| ClockComparison {
+                    sent,
+                    received: record.host,
+                    ticks: record.ft_sequence,
+                    tick_hz: self.format.tick_hz,
+                });
                 return Ok(());
             }
         }
@@ -218,6 +232,10 @@ impl ForceSensor for NetFt {
             what: "end its stream",
             reason: format!("records still arrive after {ATTEMPTS} requests"),
         })
+    }
+
+    fn clock_at_start(&self) -> Option<ClockComparison> {
+        self.clock
     }
 
     fn bias(&mut self) -> Result<(), DeviceError> {

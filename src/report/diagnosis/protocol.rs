@@ -24,7 +24,7 @@ pub fn write_pokes(path: &Path, pokes: &[PlannedPoke], recording: &Recording) ->
     let table = |source| ReportError::Table { path: path.to_owned(), source };
     let before = &recording.pokes;
     let last = before.iter().map(|p| p.number).max().unwrap_or(0);
-    let pause_s = before.windows(2).map(|p| p[1].start_s - p[0].end_s).fold(PAUSE_S, f64::max);
+    let pause_s = recording.pause_s().max(PAUSE_S);
     let mut end_s = before.last().map_or(0.0, |p| p.end_s);
     let mut writer = csv::Writer::from_path(path).map_err(table)?;
     writer.write_record(COLUMNS).map_err(table)?;

@@ -4,8 +4,8 @@ use super::clock::{Line, ReplayClock, Seat, Speed};
 use super::source::Source;
 use crate::clock::HostTime;
 use crate::device::{
-    DeviceError, ForceFormat, ForceIdentity, ForceRecord, ForceSensor, Losses, MarkerFrame, MarkerSource,
-    Motion, SequenceTracker, Stage, StageIdentity, StageLimits, StageReport, Stopper,
+    ClockComparison, DeviceError, ForceFormat, ForceIdentity, ForceRecord, ForceSensor, Losses, MarkerFrame,
+    MarkerSource, Motion, SequenceTracker, Stage, StageIdentity, StageLimits, StageReport, Stopper, Stopping,
 };
 use crate::session::message::Message;
 use crate::session::{Session, SessionError, Topic};
@@ -106,6 +106,10 @@ impl Stage for ReplayStage {
         &self.limits
     }
 
+    fn stopping(&self) -> Option<Stopping> {
+        None
+    }
+
     fn home(&mut self) -> Result<(), DeviceError> {
         Ok(())
     }
@@ -127,6 +131,11 @@ impl Stage for ReplayStage {
             Message::Stage(report) => Some(report),
             _ => None,
         }))
+    }
+
+    /// What was asked is in the session; nobody asks again.
+    fn compare_clocks(&mut self) -> Result<Option<ClockComparison>, DeviceError> {
+        Ok(None)
     }
 
     fn stopper(&self) -> Result<Box<dyn Stopper>, DeviceError> {
@@ -171,6 +180,10 @@ impl ForceSensor for ReplayForce {
     fn start(&mut self) -> Result<(), DeviceError> {
         self.is_on = true;
         self.source.join()
+    }
+
+    fn clock_at_start(&self) -> Option<ClockComparison> {
+        None
     }
 
     fn stop(&mut self) -> Result<(), DeviceError> {

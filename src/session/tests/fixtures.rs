@@ -96,6 +96,8 @@ pub(super) fn start() -> StartDocument {
         first_poke: 0,
         started_utc: "2026-11-22T15:57:03.250000Z".to_owned(),
         started_host_ns: ORIGIN_NS,
+        boot: String::new(),
+        variables: Default::default(),
         program: "phantom-rig 0.1.0".to_owned(),
         seeds: [("protocol".to_owned(), u64::MAX)].into(),
         rig: HashedText::new("[stage]\nport = \"/dev/ttyACM0\"\n"),

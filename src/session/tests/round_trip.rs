@@ -90,6 +90,29 @@ fn an_interrupted_session_goes_on_in_a_second_file() {
     assert!(session.force().map(|r| r.expect("a record")).eq((0..2 * FORCE_HZ).map(force_record)));
     assert_eq!(session.stop().map(|stop| &stop.outcome), Some(&Outcome::Abort { cause }));
     assert_eq!(session.verify().expect("readable"), []);
+    let parts: Vec<_> = session.parts().iter().map(|part| part.force().count()).collect();
+    assert_eq!(parts, [FORCE_HZ as usize; 2]);
+}
+
+#[test]
+fn a_session_that_was_stopped_goes_on_beside_files_that_stay_read_only() {
+    let place = tempfile::tempdir().expect("a folder");
+    let folder = place.path().join("session");
+    let stopped = SessionWriter::create(&folder, start()).expect("a new session");
+    let cause = "a limit".to_owned();
+    stopped.finish(Outcome::Abort { cause }, Losses::default(), at(9, 1)).expect("finished");
+    let before = fs::read(folder.join("session.mcap")).expect("a file");
+
+    let start = StartDocument { first_poke: 1, ..start() };
+    let writer = SessionWriter::continue_session(&folder, start).expect("a session that was stopped");
+    assert!(fs::metadata(folder.join("session.mcap")).expect("a file").permissions().readonly());
+    writer.finish(Outcome::Success, Losses::default(), at(19, 1)).expect("finished");
+    assert!(fs::metadata(&folder).expect("a folder").permissions().readonly());
+    assert_eq!(fs::read(folder.join("session.mcap")).expect("a file"), before);
+    let session = Session::open(&folder).expect("a session");
+    let ends: Vec<_> =
+        session.parts().iter().map(|p| p.stop().map(|s| s.outcome == Outcome::Success)).collect();
+    assert_eq!(ends, [Some(false), Some(true)]);
 }
 
 /// The manifest with another protocol and the old hash: both are told.

@@ -125,6 +125,11 @@ impl Carrier {
         }
     }
 
+    /// The same after so many instants at rest.
+    pub(super) fn after(self, instants: u64) -> Self {
+        Self { instants, ..self }
+    }
+
     /// Goes on to the next instant: force of the tip on the phantom (N) and y.
     pub(super) fn step(
         &mut self,

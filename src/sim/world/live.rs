@@ -23,6 +23,11 @@ use std::collections::VecDeque;
 const STEP_S: f64 = 1e-3;
 /// A tip beside its line by more than this is still on the phantom, but nobody asked for what the model says there (m).
 const BESIDE_M: f64 = 0.02;
+/// At one place several lines may begin: one that leads elsewhere than the tip goes counts as so much farther off (m, for a unit
+/// vector's distance of 1).
+const ASTRAY_M: f64 = 0.01;
+/// Where the tip goes shows in a way of this length (m).
+const HEADING_M: f64 = 5e-5;
 /// A tip that is farther in than this without having touched came from elsewhere (m): 8 mm/s go so far in a quarter of a second.
 const FIRST_TOUCH_M: f64 = 0.002;
 
@@ -36,6 +41,9 @@ pub struct Live {
     camera: Camera,
     markers: Vec<[f64; 3]>,
     instants: u64,
+    /// Where the tip was lately, and where it goes (unit vector).
+    came_from: Option<Vec3>,
+    heading: Vec3,
     /// Pokes so far, and the one in progress as an index into those of the world.
     touches: usize,
     touched: Option<usize>,
@@ -60,22 +68,24 @@ enum Loaded {
 }
 
 impl Live {
-    /// A bench on a phantom that was prepared from the world's plan. Force and camera are read at the world's rates.
+    /// A bench on a phantom that was prepared from the world's plan, after `at_rest_s` seconds in which nothing happened to it. Force and
+    /// camera are read at the world's rates.
     ///
     /// # Errors
     /// [`SimError`] as for [`World::record`].
-    pub fn new(world: World, phantom: &Phantom) -> Result<Self, SimError> {
+    pub fn new(world: World, phantom: &Phantom, at_rest_s: f64) -> Result<Self, SimError> {
         if phantom.plan != world.phantom {
             return Err(SimError::OtherPhantom { session: world.name.clone() });
         }
         check(&world)?;
         let body = SessionBody::new(&world, phantom, change(&world)?.as_ref())?;
         let setup = world.setup(STEP_S);
+        let instants = (at_rest_s / STEP_S).round() as u64;
         let planned = contacts(&world, &world.timeline()?, STEP_S);
         let large = LargeBody::of(&world, &body, &planned, setup.stage_compliance, &phantom.markers)?;
         let way = match large {
             Some(large) => Way::Large(large),
-            None => Way::Small(Box::new(Carrier::new(&body, setup, STEP_S))),
+            None => Way::Small(Box::new(Carrier::new(&body, setup, STEP_S).after(instants))),
         };
         let instruments = &world.instruments;
         Ok(Self {
@@ -83,7 +93,9 @@ impl Live {
             sensor: ForceSensor::new(&world, instruments.sensor_rate_hz),
             camera: Camera::new(&world, instruments.frame_rate_hz),
             markers: phantom.markers.clone(),
-            instants: 0,
+            instants,
+            came_from: None,
+            heading: Vec3::zeros(),
             touches: 0,
             touched: None,
             force: [Vec3::zeros(); 2],
@@ -151,17 +163,23 @@ impl Live {
 
     /// Whether the tip is in the phantom, and on which line.
     fn contact(&mut self, tip: Vec3) -> Option<Contact> {
+        self.head_for(tip);
+        // How far along its line a tip is that has gone so far below the surface, and how far it is beside it there.
         let depth_on = |poke: usize| {
             let press = &self.world.pokes[poke];
-            let off = tip - Vec3::from(self.world.phantom.sites[press.site].centre_m);
-            let depth = off.dot(&Vec3::from(press.direction));
-            (depth, (off - Vec3::from(press.direction) * depth).norm())
+            let site = &self.world.phantom.sites[press.site];
+            let (direction, inward) = (Vec3::from(press.direction), Vec3::from(site.inward));
+            let off = tip - Vec3::from(site.centre_m);
+            let depth = off.dot(&inward) / direction.dot(&inward);
+            (depth, (off - direction * depth).norm())
         };
         let nearest = self.touched.or_else(|| {
             let lines = (0..self.world.pokes.len()).map(|poke| (poke, depth_on(poke)));
+            let astray = |poke: usize| (self.heading - Vec3::from(self.world.pokes[poke].direction)).norm();
             lines
                 .filter(|(_, (depth, beside))| (0.0..FIRST_TOUCH_M).contains(depth) && *beside < BESIDE_M)
-                .min_by(|a, b| a.1.1.total_cmp(&b.1.1))
+                .map(|(poke, (_, beside))| (poke, beside + ASTRAY_M * astray(poke)))
+                .min_by(|a, b| a.1.total_cmp(&b.1))
                 .map(|(poke, _)| poke)
         });
         let inside = |&poke: &usize| {
@@ -176,6 +194,18 @@ impl Live {
         let (poke, time_s) = (poke?, self.time_s());
         let depth = depth_on(poke).0;
         self.carriage.contact(&self.world, self.touches, &self.world.pokes[poke], depth, time_s)
+    }
+
+    /// Notes where the tip is going.
+    fn head_for(&mut self, tip: Vec3) {
+        let Some(from) = self.came_from else {
+            self.came_from = Some(tip);
+            return;
+        };
+        if (tip - from).norm() > HEADING_M {
+            self.heading = (tip - from).normalize();
+            self.came_from = Some(tip);
+        }
     }
 }
 

@@ -16,9 +16,11 @@ use std::time::Duration;
 const BUSY: Duration = Duration::from_micros(450);
 /// The same at rest.
 const AT_REST: Duration = Duration::from_millis(2);
-/// Longest time that passes at once. A computer that was busy elsewhere must not look like a controller that was: beyond this, the
-/// stage's time stands still.
+/// Longest time that passes at once. A computer that was busy elsewhere must not look like a controller that was: beyond this the stage's
+/// time stands still, and is made up for little by little, so that its clock still is one.
 const MOST: Duration = Duration::from_millis(20);
+/// Share of the time that passes by which the stage's time is faster while it makes up for some.
+const FASTER: f64 = 0.5;
 
 /// What is true of the stage, whatever its controller believes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,8 +35,8 @@ pub struct NativeStageTruth {
     pub latched: Option<(HostTime, [f64; AXES])>,
     /// Controller's clock (µs), and the host's at the same time.
     pub clocks: Option<(u32, HostTime)>,
-    /// By how much the stage's time fell behind because the computer was busy.
-    pub stood_still: Duration,
+    /// By how much the stage's time is behind because the computer was busy.
+    pub behind: Duration,
 }
 
 /// A stage behind a pseudo-terminal, running until it is dropped.
@@ -124,8 +126,11 @@ impl Run {
         while !self.ended.load(Ordering::Acquire) {
             let count = self.wait(&mut sent);
             let now = HostTime::now();
-            let elapsed = now.since(last).min(MOST);
-            truth.stood_still += now.since(last) - elapsed;
+            let passed = now.since(last).min(MOST);
+            truth.behind += now.since(last) - passed;
+            let made_up = truth.behind.min(passed.mul_f64(FASTER));
+            truth.behind -= made_up;
+            let elapsed = passed + made_up;
             last = now;
             owed_us += elapsed.as_secs_f64() * 1e6 * self.rate;
             let elapsed_us = owed_us as u32;

@@ -3,6 +3,7 @@
 use super::super::effect::Effect;
 use super::super::large::{Large, StiffeningLaw};
 use super::super::memory::{Memory, PronyTerm};
+use super::super::plan::Press;
 use super::super::record::tests::{phantom, world};
 use super::super::rig::Rig;
 use super::*;
@@ -25,7 +26,7 @@ fn a_tip_that_keeps_to_the_plan_meets_the_same_phantom() {
         let world = world(effects);
         let recording = world.record(phantom()).expect("a recording");
         let timeline = world.timeline().expect("a timeline");
-        let mut live = Live::new(world.clone(), phantom()).expect("a bench");
+        let mut live = Live::new(world.clone(), phantom(), 0.0).expect("a bench");
         let largest = recording.wrench.force_n.iter().map(|f| Vec3::from(*f).norm()).fold(0.0, f64::max);
         let mut compared = 0;
         let mut frames = recording.markers.frame_time_s.iter().enumerate().skip(1).peekable();
@@ -66,7 +67,7 @@ fn a_tip_that_keeps_to_the_plan_meets_the_same_phantom() {
 /// A bench on which nobody means to poke is one all the same.
 #[test]
 fn a_bench_without_pokes_goes_on_in_time() {
-    let mut live = Live::new(World { pokes: vec![], ..world(vec![]) }, phantom()).expect("a bench");
+    let mut live = Live::new(World { pokes: vec![], ..world(vec![]) }, phantom(), 0.0).expect("a bench");
     live.advance(0.01, [0.05, 0.03, 0.03]).expect("steps");
     assert_eq!(live.wrench(0.01), [0.0; 6]);
 }
@@ -74,7 +75,7 @@ fn a_bench_without_pokes_goes_on_in_time() {
 /// In the air nothing is felt, beside the phantom neither.
 #[test]
 fn a_tip_in_the_air_feels_nothing() {
-    let mut live = Live::new(world(vec![]), phantom()).expect("a bench");
+    let mut live = Live::new(world(vec![]), phantom(), 0.0).expect("a bench");
     for tip in [[0.05, 0.03, 0.0245], [0.2, 0.03, 0.02], [-0.01, 0.03, 0.012]] {
         live.advance(live.time_s() + 0.01, tip).expect("steps");
         assert_eq!(live.wrench(live.time_s()), [0.0; 6], "{tip:?}");
@@ -83,4 +84,37 @@ fn a_tip_in_the_air_feels_nothing() {
         live.advance(live.time_s() + 0.01, [0.0517, 0.0323, height]).expect("steps");
     }
     assert!(live.wrench(live.time_s())[2] < -0.1);
+}
+
+/// Straight and slanted pokes at one place: the tip is on the line that it goes along; passing overhead it is on none.
+#[test]
+fn of_two_lines_at_one_place_the_one_that_the_tip_goes_along_counts() {
+    let mut world = world(vec![]);
+    let straight = world.pokes[0];
+    let (centre, down) = {
+        let site = &world.phantom.sites[straight.site];
+        (Vec3::from(site.centre_m), Vec3::from(site.inward))
+    };
+    let across = if down.x.abs() < 0.5 { Vec3::x() } else { Vec3::y() };
+    let slanted = (down * 0.866 + across * 0.5).normalize();
+    world.pokes.push(Press { direction: slanted.into(), ..straight });
+    let pressed = |direction: Vec3| {
+        let mut live = Live::new(world.clone(), phantom(), 0.0).expect("a bench");
+        for n in 0..=200 {
+            let tip = centre + direction * (1e-5 * f64::from(n) - 1e-3);
+            live.advance(live.time_s() + STEP_S, tip.into()).expect("steps");
+        }
+        let wrench = live.wrench(live.time_s());
+        let force = Vec3::new(wrench[0], wrench[1], wrench[2]);
+        (force.dot(&down), force.dot(&across))
+    };
+    let ((down_n, aside_n), (leant_n, pulled_n)) = (pressed(down), pressed(slanted));
+    assert!(down_n > 0.05 && leant_n > 0.05, "{down_n} N and {leant_n} N");
+    assert!(pulled_n / leant_n > aside_n / down_n + 0.3, "{pulled_n} N aside, {aside_n} N");
+    let mut live = Live::new(world.clone(), phantom(), 0.0).expect("a bench");
+    for n in 0..=600 {
+        let tip = centre - down * 0.006 + across * (1e-4 * f64::from(n) - 0.03);
+        live.advance(live.time_s() + STEP_S, tip.into()).expect("steps");
+        assert_eq!(live.wrench(live.time_s()), [0.0; 6]);
+    }
 }

@@ -1,0 +1,143 @@
+//! `demo`: the main job from end to end on a simulated bench that conceals something: run, export, fit, diagnose, and the answer.
+
+use super::conceal::seal_answer;
+use super::planned::PlannedArguments;
+use super::proof::{Manifest, ProofFolder, Seal, bundle_sum, digest, draw_name, hex, read_sums, replace};
+use super::recorded_run::{How, MESH, record, told};
+use super::run_watch::Watch;
+use super::{Context, Exit, Outcome, StagedFolder};
+use crate::dataset::{read_mesh, read_sessions, write_bundle};
+use crate::session::Session;
+use crate::sim::World;
+use anyhow::{Context as _, bail};
+use clap::Args;
+use serde_json::json;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Shows the main job from end to end on a simulated bench that conceals something.
+///
+/// Draws what the bench conceals and puts it under seal; runs a short protocol on it through the real drivers; exports the recording;
+/// fits it as if nothing were concealed; diagnoses it in a process that is given the recording and nothing else; opens the seal.
+/// Takes some three minutes: the run is real time.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  phantom-rig demo
+  phantom-rig demo --seed 77 --out target/demo/77")]
+pub(super) struct DemoArguments {
+    /// Draw what is concealed from this seed; by default another one each time
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Where everything goes: a folder that does not exist yet; by default demo-SEED
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+const RIG: &str = include_str!("../../rigs/sim.toml");
+const PROTOCOL: &str = include_str!("../../rigs/protocols/demo.toml");
+
+pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Result<Outcome> {
+    let seed = arguments.seed.unwrap_or_else(|| rand::random_range(0..u64::from(u32::MAX)));
+    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(format!("demo-{seed}")));
+    if out.exists() {
+        bail!("{}: is there already; name another place with --out", out.display());
+    }
+    let tell = |text: &str| {
+        if context.shows {
+            eprintln!("{text}");
+        }
+    };
+    let proof = ProofFolder::new(&out);
+    proof.make()?;
+    let (rig, protocol) = (out.join("rig.toml"), out.join("protocol.toml"));
+    for (file, text) in [(&rig, RIG), (&protocol, PROTOCOL)] {
+        fs::write(file, text).with_context(|| format!("{}: can't be written", file.display()))?;
+    }
+
+    tell(&format!("Seed {seed}. A bench is drawn, with an effect that it does not tell."));
+    let planned = PlannedArguments::of_table(&protocol, &rig).read()?;
+    let world = planned.rig.world(&planned.pokes())?.context("the demonstration's rig is simulated")?;
+    let world = World { name: draw_name(1), ..world.concealing(seed) };
+
+    tell("A protocol is run on it: the drivers are those of a real bench.");
+    let session = out.join("session");
+    let how =
+        How { watch: Watch::choose(context, false), yes: true, clear: false, bias: false, at_rest_s: 0.0 };
+    let recorded = record(&planned, Some(world.clone()), &session, false, how, context)?;
+    if let Some(stopped) = &recorded.ran.stopped {
+        bail!("{}: stopped: {}", session.display(), told(stopped, &recorded.ran));
+    }
+    tell("The recording is exported, and the answer put under seal.");
+    let bundle = export(&session, &proof, &tell)?;
+    conclude(&proof, seed, &world, &bundle)?;
+
+    tell("The recording is fitted as if nothing were concealed.");
+    child(context, &["fit".as_ref(), bundle.as_os_str(), "--out".as_ref(), out.join("fit").as_os_str()])?;
+    tell("It is diagnosed; then the sealed answer is opened.");
+    child(context, &["prove".as_ref(), out.as_os_str(), "--pages".as_ref()])?;
+    let page = proof.page(&draw_name(1));
+    Ok(Outcome {
+        exit: Exit::Good,
+        text: format!(
+            "Session: {}\nFit: {}\nDiagnosis: {}",
+            session.display(),
+            out.join("fit/fit.html").display(),
+            page.display()
+        ),
+        json: json!({
+            "format": "phantom-demo/1",
+            "seed": seed,
+            "session": session,
+            "recording": bundle,
+            "fit": out.join("fit"),
+            "diagnosis": page,
+            "force_records": recorded.stop.force_records,
+            "lost": recorded.ran.losses.lost,
+        }),
+    })
+}
+
+/// The session as a recording, in the place where `prove` looks for it.
+fn export(session: &Path, proof: &ProofFolder, tell: &dyn Fn(&str)) -> anyhow::Result<PathBuf> {
+    let from = read_sessions(&[Session::open(session)?], read_mesh(&session.join(MESH))?)?;
+    for remark in &from.remarks {
+        tell(&format!("Note: {remark}."));
+    }
+    let place = proof.recording(&draw_name(1));
+    let bundle = StagedFolder::new(&place, false)?;
+    write_bundle(&from.recording, bundle.path())?;
+    bundle.finish()?;
+    Ok(place)
+}
+
+/// The answer under seal, its hash in the open.
+fn conclude(proof: &ProofFolder, seed: u64, world: &World, bundle: &Path) -> anyhow::Result<()> {
+    proof.write_manifest(&Manifest {
+        format: "phantom-conceal/1".to_owned(),
+        count: 1,
+        phantoms: 1,
+        with_effect: true,
+        seed_sha256: hex(&digest("phantom-rig seed", &[&seed.to_le_bytes()])),
+    })?;
+    let seal = Seal::of_seed(seed);
+    replace(&proof.key(), seal.text().as_bytes())?;
+    let mut hashes = read_sums(&proof.hashes())?;
+    let more = json!({"bundle_sha256": bundle_sum(bundle)?});
+    seal_answer(proof, &seal, &draw_name(1), world, &more, &mut hashes)
+}
+
+/// Another command of this program, whose output is shown; a model that does not explain the recording is no failure here.
+fn child(context: &Context, arguments: &[&std::ffi::OsStr]) -> anyhow::Result<()> {
+    let program = std::env::current_exe().context("can't find this program")?;
+    let mut command = Command::new(program);
+    command.args(arguments);
+    if !context.shows {
+        command.arg("--quiet").stdout(Stdio::null());
+    }
+    let status = command.status().context("can't start this program again")?;
+    match status.code() {
+        Some(0 | 3) => Ok(()),
+        _ => bail!("phantom-rig {} ended with {status}", arguments[0].to_string_lossy()),
+    }
+}

@@ -1,0 +1,364 @@
+//! A plan carried out on a rig's devices and recorded: from opening them to the end of the session.
+
+use super::Context;
+use super::interrupt::Interrupts;
+use super::planned::Planned;
+use super::run_watch::{Watch, watch};
+use crate::acquire::{Cause, Conduct, Instruments, Latch, Operator, Ran, Stopped, Watched, conduct};
+use crate::clock::HostTime;
+use crate::dataset::{read_mesh, write_msh};
+use crate::device::{AXES, ForceFormat, Losses, MarkerSource, Stage, StageLimits, StageState};
+use crate::mesh::TetMesh;
+use crate::rig::{Devices, RigFile};
+use crate::session::{
+    Event, ForceDocument, HashedText, MarkersDocument, MountingDocument, Outcome as SessionOutcome,
+    PhantomDocument, SessionWriter, StageDocument, StartDocument, StopDocument, TipDocument, boot,
+    utc_seconds, utc_text,
+};
+use crate::sim::World;
+use anyhow::{Context as _, bail};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, SystemTime};
+
+/// How a plan is to be carried out.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct How {
+    pub(super) watch: Watch,
+    /// Every question was agreed to beforehand.
+    pub(super) yes: bool,
+    /// A latched stage may be cleared.
+    pub(super) clear: bool,
+    /// The sensor is to take its reading for zero.
+    pub(super) bias: bool,
+    /// Seconds that a simulated bench has stood before.
+    pub(super) at_rest_s: f64,
+}
+
+/// What was recorded.
+pub(super) struct RecordedRun {
+    pub(super) ran: Ran,
+    pub(super) stop: StopDocument,
+}
+
+/// What is left over of a disk, whatever a session needs (bytes).
+const SPARE: f64 = 200e6;
+/// How long a stage may take to say what it is doing.
+const ANSWER: Duration = Duration::from_secs(3);
+
+/// Opens the devices of a rig, carries the plan out, and records it into `folder`: a new session, or one that goes on. Behind simulated
+/// devices is `world`.
+pub(super) fn record(
+    planned: &Planned,
+    world: Option<World>,
+    folder: &Path,
+    goes_on: bool,
+    how: How,
+    context: &Context,
+) -> anyhow::Result<RecordedRun> {
+    let parent = folder.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let spinner = context.progress.spinner("opening the devices");
+    let mut devices = planned.rig.open(world, how.at_rest_s)?;
+    at_rest(devices.stage.as_mut(), how.clear)?;
+    fits(&planned.rig, devices.stage.limits(), devices.force.format())?;
+    stops(&planned.rig, devices.stage.as_ref())?;
+    room(parent, planned.plan([0.0, 0.0]).data_bytes())?;
+    let mesh = match planned.rig.mesh() {
+        Some(file) => read_mesh(&file)?,
+        None => devices.simulated_mesh()?,
+    };
+    if how.bias {
+        devices.force.bias()?;
+    }
+    drop(spinner);
+
+    let start = start_document(planned, &devices);
+    let writer = if goes_on {
+        SessionWriter::continue_session(folder, start)?
+    } else {
+        let writer = SessionWriter::create(folder, start)?;
+        keep_mesh(&mesh, folder)?;
+        writer
+    };
+    if how.bias {
+        writer.recorder().event(Event::new(HostTime::now(), "bias"));
+    }
+    let ran = match carry_out(planned, &mut devices, &writer, how) {
+        Ok(ran) => ran,
+        Err(error) => {
+            // Nothing was poked; why is the session's end. That it could not be written either is the lesser evil.
+            let cause = format!("{error:#}");
+            let _ = writer.finish(SessionOutcome::Fail { cause }, Losses::default(), HostTime::now());
+            return Err(error);
+        }
+    };
+    if let Some(failure) = devices.simulation_failure() {
+        bail!("the simulated bench gave up in the middle of the run: {failure}");
+    }
+    let outcome = match &ran.stopped {
+        None => SessionOutcome::Success,
+        Some(stopped) => SessionOutcome::Abort { cause: told(stopped, &ran) },
+    };
+    let stop = writer.finish(outcome, ran.losses, HostTime::now()).with_context(|| match &ran.stopped {
+        Some(stopped) => format!("{}; {}", told(stopped, &ran), whereabouts(stopped)),
+        None => "the plan was carried out; the session did not reach the disk".to_owned(),
+    })?;
+    Ok(RecordedRun { ran, stop })
+}
+
+/// What became of the stage and the tip after a stop.
+pub(super) fn whereabouts(stopped: &Stopped) -> String {
+    let stands = if stopped.stands { "the stage stands" } else { "THE STAGE WAS NOT SEEN TO STAND" };
+    let tip =
+        if stopped.retracted { "the tip was taken out of the phantom" } else { "the tip stays where it is" };
+    format!(
+        "{stands}, {:.3} mm on; largest force after it {:.3} N; {tip}",
+        stopped.overshoot_m * 1e3,
+        stopped.peak_n
+    )
+}
+
+/// A simulated bench that runs for the `number`th time after the first: the same, but for its noise.
+pub(super) fn later(world: World, number: usize) -> World {
+    World { seed: world.seed.wrapping_add(number as u64), ..world }
+}
+
+/// Time since a session began (s).
+pub(super) fn passed_s(first: &StartDocument) -> f64 {
+    let began = HostTime::from_nanos(first.started_host_ns);
+    if !first.boot.is_empty() && first.boot == boot() {
+        return HostTime::now().seconds_after(began);
+    }
+    let wall = utc_seconds(&utc_text(SystemTime::now())).zip(utc_seconds(&first.started_utc));
+    wall.map_or(0.0, |(now, then)| (now - then).max(0.0))
+}
+
+fn keep_mesh(mesh: &TetMesh, folder: &Path) -> anyhow::Result<()> {
+    let file = folder.join(MESH);
+    let written = || format!("{}: can't be written", file.display());
+    let mut to = BufWriter::new(File::create(&file).with_context(written)?);
+    write_msh(mesh, &mut to).and_then(|()| to.flush()).with_context(written)
+}
+
+/// File of the phantom's mesh in a session's folder.
+pub(super) const MESH: &str = "mesh.msh";
+
+/// Runs the plan on a thread of its own while this one shows it.
+fn carry_out(
+    planned: &Planned,
+    devices: &mut Devices,
+    writer: &SessionWriter,
+    how: How,
+) -> anyhow::Result<Ran> {
+    let latch = Arc::new(Latch::new(devices.stage.stopper()?));
+    let theirs = Arc::clone(&latch);
+    let _interrupts = Interrupts::to(move || theirs.trip(Cause::Asked, HostTime::now()));
+    let (watched, operator) = (Watched::default(), Operator::default());
+    let (silence, gap, frozen) = planned.rig.patience();
+    let plan = |position_m: [f64; AXES]| planned.plan(position_m).checked();
+    let doing = Conduct {
+        plan: &plan,
+        bench: &planned.bench,
+        silence,
+        gap,
+        frozen,
+        latch: &latch,
+        watched: &watched,
+        operator: &operator,
+    };
+    devices.force.start()?;
+    let title = format!("{} · {}", planned.protocol.name(), planned.rig.name());
+    let instruments = Instruments {
+        stage: &mut *devices.stage,
+        force: &mut *devices.force,
+        markers: devices.markers.as_mut().map(|source| &mut **source as &mut dyn MarkerSource),
+    };
+    let ran = std::thread::scope(|scope| {
+        let runner = scope.spawn(|| conduct(instruments, &doing, writer));
+        let over = || runner.is_finished();
+        watch(how.watch, &title, &planned.bench, &watched, &operator, &latch, how.yes, &over);
+        runner.join()
+    });
+    let ran = ran.map_err(|_| anyhow::anyhow!("the run gave up; the stage was stopped"))??;
+    // A stream that nobody reads any more is asked to end; it ends by itself when the sensor hears nobody.
+    let _ = devices.force.stop();
+    Ok(ran)
+}
+
+/// Waits until the stage stands; refuses one that is latched, unless a person has cleared it.
+fn at_rest(stage: &mut dyn Stage, clear: bool) -> anyhow::Result<()> {
+    let end = HostTime::now() + ANSWER;
+    let mut cleared = false;
+    while HostTime::now() < end {
+        let Some(report) = stage.report(HostTime::now() + Duration::from_millis(100))? else { continue };
+        match report.state {
+            StageState::Idle => return Ok(()),
+            StageState::Fault { .. } if clear && !cleared => {
+                stage.clear()?;
+                cleared = true;
+            }
+            StageState::Fault { .. } if cleared => {}
+            StageState::Fault { code } => {
+                bail!(
+                    "{} has latched fault {code}; look at the bench, then pass --clear",
+                    stage.identity().port
+                )
+            }
+            StageState::Moving | StageState::Homing => {}
+        }
+    }
+    bail!("{} does not come to rest within {} s", stage.identity().port, ANSWER.as_secs())
+}
+
+/// Refuses devices that can do less than the rig file says.
+fn fits(rig: &RigFile, limits: &StageLimits, format: &ForceFormat) -> anyhow::Result<()> {
+    let stated = rig.limits();
+    for axis in 0..2 {
+        let ([low, high], [least, most]) = (stated.travel_m[axis], limits.travel_m[axis]);
+        if low < least - 1e-9 || high > most + 1e-9 {
+            bail!(
+                "stage.travel_mm of axis {axis} goes from {:.3} to {:.3} mm; the controller allows {:.3} to {:.3} mm",
+                low * 1e3,
+                high * 1e3,
+                least * 1e3,
+                most * 1e3
+            );
+        }
+        if stated.speed_m_s[axis] > limits.speed_m_s[axis] * (1.0 + 1e-9) {
+            bail!(
+                "stage.most_speed_mm_s of axis {axis} is {:.3} mm/s; the controller allows {:.3} mm/s",
+                stated.speed_m_s[axis] * 1e3,
+                limits.speed_m_s[axis] * 1e3
+            );
+        }
+        if stated.acceleration_m_s2[axis] > limits.acceleration_m_s2[axis] * (1.0 + 1e-9) {
+            bail!(
+                "stage.most_acceleration_mm_s2 of axis {axis} is {:.1} mm/s²; the controller allows {:.1} mm/s²",
+                stated.acceleration_m_s2[axis] * 1e3,
+                limits.acceleration_m_s2[axis] * 1e3
+            );
+        }
+    }
+    if let Some(range) = format.range {
+        for (channel, (stated, says)) in rig.force_range().into_iter().zip(range).enumerate() {
+            if stated > says * (1.0 + 1e-6) {
+                let (key, unit) =
+                    if channel < 3 { ("force.range_n", "N") } else { ("force.range_nm", "N·m") };
+                bail!("{key}: {stated} {unit} is stated, the sensor is calibrated for {says} {unit}");
+            }
+        }
+    }
+    if (format.rate_hz / rig.force_rate_hz() - 1.0).abs() > 0.01 {
+        bail!(
+            "force.rate_hz is {}; the sensor is set to {} records a second",
+            rig.force_rate_hz(),
+            format.rate_hz
+        );
+    }
+    Ok(())
+}
+
+/// Refuses a controller that comes to rest later than the plan reckons with.
+fn stops(rig: &RigFile, stage: &dyn Stage) -> anyhow::Result<()> {
+    let Some(stopping) = stage.stopping() else { return Ok(()) };
+    let [_, stated_s] = rig.latencies_s();
+    if stated_s < stopping.delay.as_secs_f64() * (1.0 - 1e-9) {
+        bail!(
+            "stage.latency_ms is {}; this controller brakes up to {} ms after it was told to",
+            stated_s * 1e3,
+            stopping.delay.as_secs_f64() * 1e3
+        );
+    }
+    let [.., stated_m_s2] = rig.speeds();
+    if stated_m_s2 > stopping.deceleration_m_s2 * (1.0 + 1e-9) {
+        bail!(
+            "stage.stop_deceleration_mm_s2 is {}; this controller brakes with {} mm/s²",
+            stated_m_s2 * 1e3,
+            stopping.deceleration_m_s2 * 1e3
+        );
+    }
+    Ok(())
+}
+
+/// Refuses a disk that is too full.
+fn room(folder: &Path, bytes: f64) -> anyhow::Result<()> {
+    let disk =
+        rustix::fs::statvfs(folder).with_context(|| format!("{}: can't be looked at", folder.display()))?;
+    let free = disk.f_bavail as f64 * disk.f_frsize as f64;
+    if free < bytes + SPARE {
+        bail!(
+            "{}: {:.0} MB are free; the session needs about {:.0} MB and {:.0} MB to spare",
+            folder.display(),
+            free / 1e6,
+            bytes / 1e6,
+            SPARE / 1e6
+        );
+    }
+    Ok(())
+}
+
+fn start_document(planned: &Planned, devices: &Devices) -> StartDocument {
+    let rig = &planned.rig;
+    let (origin_m, axes) = rig.axes();
+    let sensor = rig.sensor();
+    let (radius_m, shape, contact) = rig.tip();
+    let (poisson_ratio, density_kg_m3, modulus_range_pa) = rig.phantom();
+    let now = HostTime::now();
+    StartDocument {
+        format: String::new(),
+        name: planned.protocol.name().to_owned(),
+        segment: 0,
+        first_poke: planned.first_poke,
+        started_utc: utc_text(SystemTime::now()),
+        started_host_ns: now.nanos(),
+        boot: boot(),
+        variables: (planned.protocol.variables().iter())
+            .filter(|v| v.overridden)
+            .map(|v| (v.name.clone(), v.value))
+            .collect(),
+        program: concat!("phantom-rig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        seeds: BTreeMap::new(),
+        rig: HashedText::new(rig.public_text()),
+        protocol: HashedText::new(planned.protocol_text.clone()),
+        stage: Some(StageDocument::new(devices.stage.identity(), devices.stage.limits())),
+        force: Some(ForceDocument::new(devices.force.identity(), devices.force.format())),
+        markers: devices.markers.as_ref().map(|source| MarkersDocument {
+            source: "simulated positions".to_owned(),
+            rate_hz: source.rate_hz(),
+            markers: 0,
+        }),
+        mounting: Some(MountingDocument {
+            origin_m,
+            axes,
+            tolerance_m: rig.beside_m(),
+            sensor_to_phantom: std::array::from_fn(|i| std::array::from_fn(|j| sensor.to_phantom[(i, j)])),
+            sensor_to_tip_m: sensor.tip_m.into(),
+            reads_reaction: sensor.reads_reaction,
+        }),
+        tip: TipDocument {
+            contact: contact.to_owned(),
+            shape: shape.to_owned(),
+            radius_m,
+            sphere_radius_m: None,
+        },
+        phantom: PhantomDocument {
+            description: rig.name().to_owned(),
+            mesh: Some(MESH.to_owned()),
+            mesh_sha256: None,
+            poisson_ratio,
+            density_kg_m3,
+            modulus_range_pa,
+        },
+    }
+}
+
+/// What a stop is called.
+pub(super) fn told(stopped: &Stopped, ran: &Ran) -> String {
+    match &ran.failure {
+        Some(failure) => format!("{}: {failure}", stopped.tripped.cause),
+        None => stopped.tripped.cause.to_string(),
+    }
+}
