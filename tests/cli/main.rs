@@ -7,6 +7,7 @@ mod diagnose;
 mod fixture;
 mod mesh_block;
 mod proof;
+mod rig;
 mod usage;
 
 use std::path::Path;

@@ -6,3 +6,4 @@ mod net_ft;
 mod net_ft_measure;
 mod net_ft_wire;
 mod run;
+mod steady;

@@ -1,6 +1,7 @@
 //! Does the driver of the rig's own stage firmware do what a protocol run builds upon, over a serial line that fails? The driver on one
 //! side of a pseudo-terminal, the emulated stage on the other; both in real time.
 
+use crate::steady::steady;
 use firmware_proto::{ResetCause, SCHEMA_HASH};
 use phantom_rig::clock::HostTime;
 use phantom_rig::device::{DeviceError, Motion, Stage, StageReport, StageState};
@@ -70,270 +71,295 @@ fn far(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 #[test]
 fn it_homes_and_goes_where_it_is_told() {
-    let seen = Arc::new(Mutex::new(Vec::new()));
-    let told = Arc::clone(&seen);
-    let emulator = NativeStageEmulator::start(NativeStageSetup::default(), move |position| {
-        told.lock().expect("no panics").push((HostTime::now(), position));
-    })
-    .expect("a pseudo-terminal");
-    let mut stage = homed(&options(&emulator));
-    assert_eq!(stage.identity().controller, "emulated stage");
-    assert_eq!(stage.limits().travel_m, [[0.0005, 0.05]; 2]);
-    let target = [0.020, 0.0123];
-    stage.move_to(Motion { target_m: target, speed_m_s: 0.02, acceleration_m_s2: 0.5 }).expect("it may move");
-    let began = HostTime::now();
-    let mut ticks = Vec::new();
-    let report = wait(&mut stage, |report| {
-        ticks.push(report.tick_us.expect("it tells its time"));
-        report.state == StageState::Idle
-    })
-    .expect("nothing fails");
-    // Not before it can have come there: 22.9 mm at 20 mm/s and 0.5 m/s².
-    let way = far(target, [0.0005, 0.0005]);
-    assert!(report.host.since(began).as_secs_f64() > (way / 0.02 + 0.02 / 0.5) * 0.9);
-    assert!(far(report.position_m, target) < STEP_M);
-    assert!(far(emulator.truth().position_m, report.position_m) < ZERO_M * 2.0_f64.sqrt());
-    assert!(ticks.is_sorted() && ticks.len() > 20, "{}", ticks.len());
-    assert_eq!(stage.losses().streamed_lost, 0);
+    steady(|| {
+        let seen = Arc::new(Mutex::new(Vec::new()));
+        let told = Arc::clone(&seen);
+        let emulator = NativeStageEmulator::start(NativeStageSetup::default(), move |position| {
+            told.lock().expect("no panics").push((HostTime::now(), position));
+        })
+        .expect("a pseudo-terminal");
+        let mut stage = homed(&options(&emulator));
+        assert_eq!(stage.identity().controller, "emulated stage");
+        assert_eq!(stage.limits().travel_m, [[0.0005, 0.05]; 2]);
+        let target = [0.020, 0.0123];
+        stage
+            .move_to(Motion { target_m: target, speed_m_s: 0.02, acceleration_m_s2: 0.5 })
+            .expect("it may move");
+        let began = HostTime::now();
+        let mut ticks = Vec::new();
+        let report = wait(&mut stage, |report| {
+            ticks.push(report.tick_us.expect("it tells its time"));
+            report.state == StageState::Idle
+        })
+        .expect("nothing fails");
+        // Not before it can have come there: 22.9 mm at 20 mm/s and 0.5 m/s².
+        let way = far(target, [0.0005, 0.0005]);
+        assert!(report.host.since(began).as_secs_f64() > (way / 0.02 + 0.02 / 0.5) * 0.9);
+        assert!(far(report.position_m, target) < STEP_M);
+        assert!(far(emulator.truth().position_m, report.position_m) < ZERO_M * 2.0_f64.sqrt());
+        assert!(ticks.is_sorted() && ticks.len() > 20, "{}", ticks.len());
+        assert_eq!(stage.losses().streamed_lost, 0);
 
-    // The owner knew where it was, 1000 times a second and more while it moved.
-    let seen = seen.lock().expect("no panics");
-    let moving: Vec<_> = seen.iter().filter(|(at, _)| *at >= began).collect();
-    let seconds = moving[moving.len() - 1].0.since(moving[0].0).as_secs_f64();
-    println!("{:.0} positions a second", moving.len() as f64 / seconds);
-    assert!(moving.len() as f64 / seconds > 300.0, "{} in {seconds} s", moving.len());
+        // The owner knew where it was, 1000 times a second and more while it moved.
+        let seen = seen.lock().expect("no panics");
+        let moving: Vec<_> = seen.iter().filter(|(at, _)| *at >= began).collect();
+        let seconds = moving[moving.len() - 1].0.since(moving[0].0).as_secs_f64();
+        println!("{:.0} positions a second", moving.len() as f64 / seconds);
+        assert!(moving.len() as f64 / seconds > 300.0, "{} in {seconds} s", moving.len());
+    });
 }
 
 #[test]
 fn what_it_may_not_do_it_does_not() {
-    let emulator = power(NativeStageSetup::default());
-    let mut stage = NativeStage::connect(&options(&emulator)).expect("a sound stage");
-    let error = stage.move_to(go(10.0, 10.0)).expect_err("not homed");
-    assert!(matches!(error, DeviceError::NotHomed { .. }), "{error}");
-    stage.home().expect("it may home");
-    let error = stage.home().expect_err("it is homing");
-    assert!(error.to_string().contains("motion 1 is under way"), "{error}");
-    rest(&mut stage);
-    let before = emulator.truth().gone_m;
-    let error = stage.move_to(go(51.0, 10.0)).expect_err("outside");
-    assert!(matches!(error, DeviceError::OutsideTravel { axis: 0, .. }), "{error}");
-    let fast = Motion { speed_m_s: 0.03, ..go(20.0, 0.5) };
-    let error = stage.move_to(fast).expect_err("too fast");
-    assert!(matches!(error, DeviceError::TooFast { what: "speed", axis: 0, .. }), "{error}");
-    stage.stop().expect("a standing stage may be stopped");
-    assert_eq!(emulator.truth().gone_m, before);
+    steady(|| {
+        let emulator = power(NativeStageSetup::default());
+        let mut stage = NativeStage::connect(&options(&emulator)).expect("a sound stage");
+        let error = stage.move_to(go(10.0, 10.0)).expect_err("not homed");
+        assert!(matches!(error, DeviceError::NotHomed { .. }), "{error}");
+        stage.home().expect("it may home");
+        let error = stage.home().expect_err("it is homing");
+        assert!(error.to_string().contains("motion 1 is under way"), "{error}");
+        rest(&mut stage);
+        let before = emulator.truth().gone_m;
+        let error = stage.move_to(go(51.0, 10.0)).expect_err("outside");
+        assert!(matches!(error, DeviceError::OutsideTravel { axis: 0, .. }), "{error}");
+        let fast = Motion { speed_m_s: 0.03, ..go(20.0, 0.5) };
+        let error = stage.move_to(fast).expect_err("too fast");
+        assert!(matches!(error, DeviceError::TooFast { what: "speed", axis: 0, .. }), "{error}");
+        stage.stop().expect("a standing stage may be stopped");
+        assert_eq!(emulator.truth().gone_m, before);
+    });
 }
 
 #[test]
 fn a_stop_takes_the_way_that_the_acceleration_says() {
-    let emulator = power(NativeStageSetup::default());
-    let mut stage = homed(&options(&emulator));
-    at_speed(&mut stage);
-    let before = emulator.truth();
-    stage.stop().expect("it may be stopped");
-    let report = rest(&mut stage);
-    let way = far(emulator.truth().position_m, before.position_m);
-    // v²/2a, and what it went until the stop came.
-    println!("stopped within {:.3} mm, v²/2a is {:.3} mm", way * 1e3, 0.015_f64.powi(2) / 0.6 * 1e3);
-    assert!(way >= 0.015_f64.powi(2) / 0.6 - 2.0 * STEP_M);
-    assert!(report.homed && report.position_m[0] < 0.04);
-    stage.move_to(go(1.0, 1.0)).expect("a stop latches nothing");
-    rest(&mut stage);
+    steady(|| {
+        let emulator = power(NativeStageSetup::default());
+        let mut stage = homed(&options(&emulator));
+        at_speed(&mut stage);
+        let before = emulator.truth();
+        stage.stop().expect("it may be stopped");
+        let report = rest(&mut stage);
+        let way = far(emulator.truth().position_m, before.position_m);
+        // v²/2a, and what it went until the stop came.
+        println!("stopped within {:.3} mm, v²/2a is {:.3} mm", way * 1e3, 0.015_f64.powi(2) / 0.6 * 1e3);
+        assert!(way >= 0.015_f64.powi(2) / 0.6 - 2.0 * STEP_M);
+        assert!(report.homed && report.position_m[0] < 0.04);
+        stage.move_to(go(1.0, 1.0)).expect("a stop latches nothing");
+        rest(&mut stage);
+    });
 }
 
 #[test]
 fn a_stop_from_another_thread_latches() {
-    let emulator = power(NativeStageSetup::default());
-    let mut stage = homed(&options(&emulator));
-    let stopper = stage.stopper().expect("the port opens twice");
-    at_speed(&mut stage);
-    let sent =
-        std::thread::spawn(move || stopper.stop_now().expect("the port takes it")).join().expect("no panics");
-    let report =
-        wait(&mut stage, |report| matches!(report.state, StageState::Fault { .. })).expect("nothing fails");
-    assert_eq!(report.state, StageState::Fault { code: 4 });
-    // At rest once nothing has changed for longer than any braking takes.
-    let mut since = report;
-    let at_rest = wait(&mut stage, |report| {
-        if report.position_m != since.position_m {
-            since = *report;
-        }
-        report.tick_us.zip(since.tick_us).is_some_and(|(now, then)| now.wrapping_sub(then) > 100_000)
-    })
-    .expect("nothing fails");
-    let truth = emulator.truth();
-    let (seen, at) = truth.latched.expect("it was seen");
-    // The emergency deceleration is 1 m/s².
-    let way = far(truth.position_m, at);
-    let braking = 0.015_f64.powi(2) / 2.0;
-    println!(
-        "seen {:.2} ms after it was handed over; {:.4} mm to rest",
-        seen.seconds_after(sent) * 1e3,
-        way * 1e3
-    );
-    assert!((way - braking).abs() < braking * 0.2 + 2.0 * STEP_M, "{way} m, v²/2a is {braking} m");
-    assert!(at_rest.homed && (at_rest.position_m[0] - truth.position_m[0]).abs() < ZERO_M);
+    steady(|| {
+        let emulator = power(NativeStageSetup::default());
+        let mut stage = homed(&options(&emulator));
+        let stopper = stage.stopper().expect("the port opens twice");
+        at_speed(&mut stage);
+        let sent = std::thread::spawn(move || stopper.stop_now().expect("the port takes it"))
+            .join()
+            .expect("no panics");
+        let report = wait(&mut stage, |report| matches!(report.state, StageState::Fault { .. }))
+            .expect("nothing fails");
+        assert_eq!(report.state, StageState::Fault { code: 4 });
+        // At rest once nothing has changed for longer than any braking takes.
+        let mut since = report;
+        let at_rest = wait(&mut stage, |report| {
+            if report.position_m != since.position_m {
+                since = *report;
+            }
+            report.tick_us.zip(since.tick_us).is_some_and(|(now, then)| now.wrapping_sub(then) > 100_000)
+        })
+        .expect("nothing fails");
+        let truth = emulator.truth();
+        let (seen, at) = truth.latched.expect("it was seen");
+        // The emergency deceleration is 1 m/s².
+        let way = far(truth.position_m, at);
+        let braking = 0.015_f64.powi(2) / 2.0;
+        println!(
+            "seen {:.2} ms after it was handed over; {:.4} mm to rest",
+            seen.seconds_after(sent) * 1e3,
+            way * 1e3
+        );
+        assert!((way - braking).abs() < braking * 0.2 + 2.0 * STEP_M, "{way} m, v²/2a is {braking} m");
+        assert!(at_rest.homed && (at_rest.position_m[0] - truth.position_m[0]).abs() < ZERO_M);
 
-    let error = stage.move_to(go(1.0, 1.0)).expect_err("latched");
-    assert!(matches!(error, DeviceError::Fault { code: 4, .. }), "{error}");
-    let before = emulator.truth().gone_m;
-    stage.clear().expect("at rest");
-    assert_eq!(rest(&mut stage).position_m, at_rest.position_m);
-    assert_eq!(emulator.truth().gone_m, before);
-    stage.move_to(go(1.0, 1.0)).expect("cleared");
-    rest(&mut stage);
+        let error = stage.move_to(go(1.0, 1.0)).expect_err("latched");
+        assert!(matches!(error, DeviceError::Fault { code: 4, .. }), "{error}");
+        let before = emulator.truth().gone_m;
+        stage.clear().expect("at rest");
+        assert_eq!(rest(&mut stage).position_m, at_rest.position_m);
+        assert_eq!(emulator.truth().gone_m, before);
+        stage.move_to(go(1.0, 1.0)).expect("cleared");
+        rest(&mut stage);
+    });
 }
 
 #[test]
 fn a_lease_that_nobody_renews_ends_the_motion() {
-    let emulator = power(NativeStageSetup::default());
-    let lease = Duration::from_millis(300);
-    let options = NativeOptions { lease, ..NativeOptions::new(emulator.port()) };
-    let mut stage = homed(&options);
-    at_speed(&mut stage);
-    let before = emulator.truth().position_m;
-    // Nobody asks for reports.
-    let until = HostTime::now() + DEADLINE;
-    let mut last = before;
-    loop {
-        std::thread::sleep(Duration::from_millis(50));
-        let now = emulator.truth().position_m;
-        if now == last {
-            break;
+    steady(|| {
+        let emulator = power(NativeStageSetup::default());
+        let lease = Duration::from_millis(300);
+        let options = NativeOptions { lease, ..NativeOptions::new(emulator.port()) };
+        let mut stage = homed(&options);
+        at_speed(&mut stage);
+        let before = emulator.truth().position_m;
+        // Nobody asks for reports.
+        let until = HostTime::now() + DEADLINE;
+        let mut last = before;
+        loop {
+            std::thread::sleep(Duration::from_millis(50));
+            let now = emulator.truth().position_m;
+            if now == last {
+                break;
+            }
+            assert!(!until.remaining().is_zero(), "it never stops");
+            last = now;
         }
-        assert!(!until.remaining().is_zero(), "it never stops");
-        last = now;
-    }
-    // The lease at full speed, then v²/2a.
-    let most = 0.015 * (lease.as_secs_f64() + 0.01) + 0.015_f64.powi(2) / 0.6;
-    assert!(far(last, before) <= most, "{} m, at most {most} m", far(last, before));
-    let report =
-        wait(&mut stage, |report| matches!(report.state, StageState::Fault { .. })).expect("nothing fails");
-    assert_eq!((report.state, report.homed), (StageState::Fault { code: 1 }, true));
-    let error = stage.move_to(go(1.0, 1.0)).expect_err("latched");
-    assert!(error.to_string().contains("lease"), "{error}");
-    stage.clear().expect("at rest");
-    stage.move_to(go(40.0, 1.0)).expect("cleared");
-    rest(&mut stage);
+        // The lease at full speed, then v²/2a.
+        let most = 0.015 * (lease.as_secs_f64() + 0.01) + 0.015_f64.powi(2) / 0.6;
+        assert!(far(last, before) <= most, "{} m, at most {most} m", far(last, before));
+        let report = wait(&mut stage, |report| matches!(report.state, StageState::Fault { .. }))
+            .expect("nothing fails");
+        assert_eq!((report.state, report.homed), (StageState::Fault { code: 1 }, true));
+        let error = stage.move_to(go(1.0, 1.0)).expect_err("latched");
+        assert!(error.to_string().contains("lease"), "{error}");
+        stage.clear().expect("at rest");
+        stage.move_to(go(40.0, 1.0)).expect("cleared");
+        rest(&mut stage);
+    });
 }
 
 /// Reports fetched as seldom as a busy caller may: the lease lasts.
 #[test]
 fn a_lease_lasts_as_long_as_somebody_asks() {
-    let emulator = power(NativeStageSetup::default());
-    let mut stage = homed(&options(&emulator));
-    stage.move_to(go(45.0, 0.6)).expect("it may move");
-    let report = wait(&mut stage, |report| {
-        std::thread::sleep(Duration::from_millis(30));
-        report.state != StageState::Moving
+    steady(|| {
+        let emulator = power(NativeStageSetup::default());
+        let mut stage = homed(&options(&emulator));
+        stage.move_to(go(45.0, 0.6)).expect("it may move");
+        let report = wait(&mut stage, |report| {
+            std::thread::sleep(Duration::from_millis(30));
+            report.state != StageState::Moving
+        });
+        assert_eq!(report.expect("nothing fails").state, StageState::Idle);
     });
-    assert_eq!(report.expect("nothing fails").state, StageState::Idle);
 }
 
 #[test]
 fn a_reset_in_a_motion_is_told_once_and_homing_mends_it() {
-    let boot = Duration::from_millis(50);
-    let emulator = power(NativeStageSetup { boot, ..Default::default() });
-    let mut stage = homed(&options(&emulator));
-    at_speed(&mut stage);
-    emulator.faults().reset(ResetCause::BrownOut);
-    let error = wait(&mut stage, |_| false).expect_err("it was reset");
-    assert!(
-        matches!(&error, DeviceError::Reset { cause: Some(cause), .. } if cause.contains("dipped")),
-        "{error}"
-    );
-    assert_eq!(stage.controller().boot_count, 2);
-    let stood = emulator.truth().position_m;
-    let report = wait(&mut stage, |_| true).expect("told once");
-    assert!(!report.homed && report.state == StageState::Idle);
-    let error = stage.move_to(go(1.0, 1.0)).expect_err("position unknown");
-    assert!(matches!(error, DeviceError::NotHomed { .. }), "{error}");
-    assert_eq!(emulator.truth().position_m, stood);
-    stage.home().expect("it may home");
-    assert!(rest(&mut stage).homed);
-    stage.move_to(go(3.0, 3.0)).expect("homed");
-    assert!(far(rest(&mut stage).position_m, emulator.truth().position_m) < 2.0 * ZERO_M);
+    steady(|| {
+        let boot = Duration::from_millis(50);
+        let emulator = power(NativeStageSetup { boot, ..Default::default() });
+        let mut stage = homed(&options(&emulator));
+        at_speed(&mut stage);
+        emulator.faults().reset(ResetCause::BrownOut);
+        let error = wait(&mut stage, |_| false).expect_err("it was reset");
+        assert!(
+            matches!(&error, DeviceError::Reset { cause: Some(cause), .. } if cause.contains("dipped")),
+            "{error}"
+        );
+        assert_eq!(stage.controller().boot_count, 2);
+        let stood = emulator.truth().position_m;
+        let report = wait(&mut stage, |_| true).expect("told once");
+        assert!(!report.homed && report.state == StageState::Idle);
+        let error = stage.move_to(go(1.0, 1.0)).expect_err("position unknown");
+        assert!(matches!(error, DeviceError::NotHomed { .. }), "{error}");
+        assert_eq!(emulator.truth().position_m, stood);
+        stage.home().expect("it may home");
+        assert!(rest(&mut stage).homed);
+        stage.move_to(go(3.0, 3.0)).expect("homed");
+        assert!(far(rest(&mut stage).position_m, emulator.truth().position_m) < 2.0 * ZERO_M);
+    });
 }
 
 #[test]
 fn a_cable_that_comes_off_is_a_lost_port_and_the_motion_ends() {
-    let emulator = power(NativeStageSetup::default());
-    let lease = Duration::from_millis(200);
-    let mut stage = homed(&NativeOptions { lease, ..NativeOptions::new(emulator.port()) });
-    let stopper = stage.stopper().expect("the port opens twice");
-    at_speed(&mut stage);
-    emulator.faults().unplug();
-    let error = wait(&mut stage, |_| false).expect_err("lost");
-    assert!(matches!(error, DeviceError::Lost { .. }), "{error}");
-    assert!(stopper.stop_now().is_err());
-    std::thread::sleep(lease + Duration::from_millis(200));
-    let mut last = emulator.truth().position_m;
-    let until = HostTime::now() + DEADLINE;
-    loop {
-        std::thread::sleep(Duration::from_millis(50));
-        let now = emulator.truth().position_m;
-        if std::mem::replace(&mut last, now) == now {
-            break;
+    steady(|| {
+        let emulator = power(NativeStageSetup::default());
+        let lease = Duration::from_millis(200);
+        let mut stage = homed(&NativeOptions { lease, ..NativeOptions::new(emulator.port()) });
+        let stopper = stage.stopper().expect("the port opens twice");
+        at_speed(&mut stage);
+        emulator.faults().unplug();
+        let error = wait(&mut stage, |_| false).expect_err("lost");
+        assert!(matches!(error, DeviceError::Lost { .. }), "{error}");
+        assert!(stopper.stop_now().is_err());
+        std::thread::sleep(lease + Duration::from_millis(200));
+        let mut last = emulator.truth().position_m;
+        let until = HostTime::now() + DEADLINE;
+        loop {
+            std::thread::sleep(Duration::from_millis(50));
+            let now = emulator.truth().position_m;
+            if std::mem::replace(&mut last, now) == now {
+                break;
+            }
+            assert!(!until.remaining().is_zero(), "it never stops");
         }
-        assert!(!until.remaining().is_zero(), "it never stops");
-    }
-    assert!(last[0] < 0.044, "the motion went on to its end");
+        assert!(last[0] < 0.044, "the motion went on to its end");
+    });
 }
 
 #[test]
 fn silence_either_way_is_told_within_the_patience() {
-    for mute in [true, false] {
-        let emulator = power(NativeStageSetup::default());
-        let options = NativeOptions { patience: Duration::from_millis(250), ..options(&emulator) };
-        let mut stage = homed(&options);
-        emulator.faults().change(|faults| (faults.mute, faults.deaf) = (mute, !mute));
-        let began = HostTime::now();
-        let error = wait(&mut stage, |_| false).expect_err("silent");
-        assert!(matches!(error, DeviceError::Silent { .. }), "{error}");
-        let waited = HostTime::now().since(began);
-        println!("mute {mute}: silent after {waited:?}");
-        assert!(
-            waited >= options.patience / 2
-                && waited < options.patience + options.lease + Duration::from_secs(5)
-        );
-        // And when it speaks again, all is as it was.
-        emulator.faults().change(|faults| (faults.mute, faults.deaf) = (false, false));
-        assert!(wait(&mut stage, |_| true).expect("it speaks").homed);
-        stage.move_to(go(2.0, 2.0)).expect("homed");
-        rest(&mut stage);
-    }
+    steady(|| {
+        for mute in [true, false] {
+            let emulator = power(NativeStageSetup::default());
+            let options = NativeOptions { patience: Duration::from_millis(250), ..options(&emulator) };
+            let mut stage = homed(&options);
+            emulator.faults().change(|faults| (faults.mute, faults.deaf) = (mute, !mute));
+            let began = HostTime::now();
+            let error = wait(&mut stage, |_| false).expect_err("silent");
+            assert!(matches!(error, DeviceError::Silent { .. }), "{error}");
+            let waited = HostTime::now().since(began);
+            println!("mute {mute}: silent after {waited:?}");
+            assert!(
+                waited >= options.patience / 2
+                    && waited < options.patience + options.lease + Duration::from_secs(5)
+            );
+            // And when it speaks again, all is as it was.
+            emulator.faults().change(|faults| (faults.mute, faults.deaf) = (false, false));
+            assert!(wait(&mut stage, |_| true).expect("it speaks").homed);
+            stage.move_to(go(2.0, 2.0)).expect("homed");
+            rest(&mut stage);
+        }
+    });
 }
 
 #[test]
 fn a_switch_that_sticks_stops_it() {
-    let emulator = power(NativeStageSetup::default());
-    let mut stage = homed(&options(&emulator));
-    at_speed(&mut stage);
-    emulator.faults().change(|faults| faults.stuck[0][1] = Some(true));
-    let report =
-        wait(&mut stage, |report| matches!(report.state, StageState::Fault { .. })).expect("nothing fails");
-    assert_eq!((report.state, report.homed), (StageState::Fault { code: 3 }, false));
-    stage.clear().expect("at rest");
-    let error = stage.move_to(go(1.0, 1.0)).expect_err("not homed");
-    assert!(matches!(error, DeviceError::NotHomed { .. }), "{error}");
+    steady(|| {
+        let emulator = power(NativeStageSetup::default());
+        let mut stage = homed(&options(&emulator));
+        at_speed(&mut stage);
+        emulator.faults().change(|faults| faults.stuck[0][1] = Some(true));
+        let report = wait(&mut stage, |report| matches!(report.state, StageState::Fault { .. }))
+            .expect("nothing fails");
+        assert_eq!((report.state, report.homed), (StageState::Fault { code: 3 }, false));
+        stage.clear().expect("at rest");
+        let error = stage.move_to(go(1.0, 1.0)).expect_err("not homed");
+        assert!(matches!(error, DeviceError::NotHomed { .. }), "{error}");
+    });
 }
 
 /// No driver can see them: this says how far it is off, and that homing mends it.
 #[test]
 fn steps_that_are_lost_show_after_homing() {
-    let emulator = power(NativeStageSetup::default());
-    let mut stage = homed(&options(&emulator));
-    stage.move_to(go(10.0, 10.0)).expect("it may move");
-    rest(&mut stage);
-    emulator.faults().slip([-800, 0]);
-    let report = wait(&mut stage, |_| true).expect("nothing fails");
-    let until = HostTime::now() + DEADLINE;
-    while (report.position_m[0] - emulator.truth().position_m[0] - 5e-4).abs() > ZERO_M {
-        assert!(!until.remaining().is_zero(), "it never slips");
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    stage.home().expect("it may home");
-    assert!(far(rest(&mut stage).position_m, emulator.truth().position_m) < 2.0 * ZERO_M);
+    steady(|| {
+        let emulator = power(NativeStageSetup::default());
+        let mut stage = homed(&options(&emulator));
+        stage.move_to(go(10.0, 10.0)).expect("it may move");
+        rest(&mut stage);
+        emulator.faults().slip([-800, 0]);
+        let report = wait(&mut stage, |_| true).expect("nothing fails");
+        let until = HostTime::now() + DEADLINE;
+        while (report.position_m[0] - emulator.truth().position_m[0] - 5e-4).abs() > ZERO_M {
+            assert!(!until.remaining().is_zero(), "it never slips");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        stage.home().expect("it may home");
+        assert!(far(rest(&mut stage).position_m, emulator.truth().position_m) < 2.0 * ZERO_M);
+    });
 }
 
 /// Goes back and forth over a line that fails and compares the way that the stage has gone with the sum of the moves.
@@ -367,29 +393,39 @@ fn back_and_forth(
 
 #[test]
 fn nothing_moves_twice_when_bytes_are_wrong() {
-    back_and_forth(NativeStageSetup { seed: 1, ..Default::default() }, 12, |faults| {
-        faults.corrupt_share = 0.01
+    steady(|| {
+        back_and_forth(NativeStageSetup { seed: 1, ..Default::default() }, 12, |faults| {
+            faults.corrupt_share = 0.01
+        });
     });
 }
 
 #[test]
 fn nothing_moves_twice_when_bytes_are_lost_or_doubled() {
-    back_and_forth(NativeStageSetup { seed: 2, ..Default::default() }, 12, |faults| {
-        (faults.drop_share, faults.duplicate_share) = (0.004, 0.004);
+    steady(|| {
+        back_and_forth(NativeStageSetup { seed: 2, ..Default::default() }, 12, |faults| {
+            (faults.drop_share, faults.duplicate_share) = (0.004, 0.004);
+        });
     });
 }
 
 #[test]
 fn nothing_moves_twice_when_frames_are_lost_or_doubled() {
-    let setup = NativeStageSetup { seed: 3, line_bytes_s: None, ..Default::default() };
-    back_and_forth(setup, 12, |faults| (faults.drop_frame_share, faults.duplicate_frame_share) = (0.2, 0.3));
+    steady(|| {
+        let setup = NativeStageSetup { seed: 3, line_bytes_s: None, ..Default::default() };
+        back_and_forth(setup, 12, |faults| {
+            (faults.drop_frame_share, faults.duplicate_frame_share) = (0.2, 0.3)
+        });
+    });
 }
 
 /// Late copies of old moves are the ones that could send it back.
 #[test]
 fn nothing_moves_twice_when_frames_come_late() {
-    back_and_forth(NativeStageSetup { seed: 7, ..Default::default() }, 16, |faults| {
-        (faults.drop_frame_share, faults.late_frame_share) = (0.1, 0.4);
+    steady(|| {
+        back_and_forth(NativeStageSetup { seed: 7, ..Default::default() }, 16, |faults| {
+            (faults.drop_frame_share, faults.late_frame_share) = (0.1, 0.4);
+        });
     });
 }
 
@@ -432,49 +468,58 @@ fn leases_over_a_bad_line() {
             "lease {lease_ms} ms: {expired} of 40 motions ended by the lease in {seconds:.0} s; {:?}",
             stage.losses()
         );
-        println!("emulator waited {:?} for the processor", emulator.truth().stood_still);
+        println!("emulator waited {:?} for the processor", emulator.truth().behind);
     }
 }
 
 #[test]
 fn a_board_that_boots_is_waited_for_no_longer_than_it_takes() {
-    let boot = Duration::from_millis(700);
-    let emulator = power(NativeStageSetup { boot, ..Default::default() });
-    let began = HostTime::now();
-    NativeStage::connect(&options(&emulator)).expect("it answers once it has booted");
-    let took = HostTime::now().since(began);
-    println!("connected after {took:?}");
-    assert!(took >= boot - Duration::from_millis(20) && took < boot + Duration::from_secs(2));
+    steady(|| {
+        let boot = Duration::from_millis(700);
+        let emulator = power(NativeStageSetup { boot, ..Default::default() });
+        let began = HostTime::now();
+        NativeStage::connect(&options(&emulator)).expect("it answers once it has booted");
+        let took = HostTime::now().since(began);
+        println!("connected after {took:?}");
+        assert!(took >= boot - Duration::from_millis(20) && took < boot + Duration::from_secs(2));
+    });
 }
 
 #[test]
 fn it_connects_over_a_bad_line() {
-    let emulator = power(NativeStageSetup { seed: 6, ..Default::default() });
-    emulator.faults().change(|faults| faults.corrupt_share = 0.01);
-    let began = HostTime::now();
-    NativeStage::connect(&options(&emulator)).expect("a bad line delays");
-    println!("connected after {:?}", HostTime::now().since(began));
+    steady(|| {
+        let emulator = power(NativeStageSetup { seed: 6, ..Default::default() });
+        emulator.faults().change(|faults| faults.corrupt_share = 0.01);
+        let began = HostTime::now();
+        NativeStage::connect(&options(&emulator)).expect("a bad line delays");
+        println!("connected after {:?}", HostTime::now().since(began));
+    });
 }
 
 #[test]
 fn another_table_is_refused_identified_and_stopped() {
-    let emulator = power(NativeStageSetup { other_schema: Some(0xBAD), ..Default::default() });
-    let options = options(&emulator);
-    let error = NativeStage::connect(&options).err().expect("another table");
-    assert!(matches!(error, DriverError::NativeSchema { schema: 0xBAD, ours: SCHEMA_HASH, .. }), "{error}");
-    assert!(
-        error.to_string().contains("emulated stage") && error.to_string().contains("0000000000000bad"),
-        "{error}"
-    );
-    let identity = NativeStage::identify(&options).expect("it says who it is");
-    assert_eq!((identity.schema_hash, identity.session), (0xBAD, 0));
-    use phantom_rig::device::Stopper;
-    NativeStopper::open(&options).expect("the port opens").stop_now().expect("it takes the bytes");
-    let until = HostTime::now() + DEADLINE;
-    while emulator.truth().patterns == 0 {
-        assert!(!until.remaining().is_zero(), "it never hears the pattern");
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    steady(|| {
+        let emulator = power(NativeStageSetup { other_schema: Some(0xBAD), ..Default::default() });
+        let options = options(&emulator);
+        let error = NativeStage::connect(&options).err().expect("another table");
+        assert!(
+            matches!(error, DriverError::NativeSchema { schema: 0xBAD, ours: SCHEMA_HASH, .. }),
+            "{error}"
+        );
+        assert!(
+            error.to_string().contains("emulated stage") && error.to_string().contains("0000000000000bad"),
+            "{error}"
+        );
+        let identity = NativeStage::identify(&options).expect("it says who it is");
+        assert_eq!((identity.schema_hash, identity.session), (0xBAD, 0));
+        use phantom_rig::device::Stopper;
+        NativeStopper::open(&options).expect("the port opens").stop_now().expect("it takes the bytes");
+        let until = HostTime::now() + DEADLINE;
+        while emulator.truth().patterns == 0 {
+            assert!(!until.remaining().is_zero(), "it never hears the pattern");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    });
 }
 
 /// Somebody else at the port's other end, who says the same again and again, or what was said.
@@ -505,44 +550,48 @@ fn talker(say: Option<&'static [u8]>) -> (String, impl Drop) {
 
 #[test]
 fn something_else_on_the_port_is_named_for_what_it_says() {
-    let patient =
-        |path: &str| NativeOptions { greeting: Duration::from_millis(500), ..NativeOptions::new(path) };
-    let (path, _talker) = talker(Some(b"Grbl 1.1h ['$' for help]\r\n"));
-    let error = NativeStage::connect(&patient(&path)).err().expect("a Grbl");
-    assert!(error.to_string().contains("Grbl 1.1h") && error.to_string().contains(&path), "{error}");
-    let (path, _echo) = talker(None);
-    let error = NativeStage::connect(&patient(&path)).err().expect("an echo");
-    assert!(matches!(error, DriverError::Device(DeviceError::Nonsense { .. })), "{error}");
-    let (path, _silent) = talker(Some(b""));
-    let error = NativeStage::connect(&patient(&path)).err().expect("nobody");
-    assert!(matches!(error, DriverError::Device(DeviceError::Silent { .. })), "{error}");
-    let error = NativeStage::connect(&patient("/dev/there-is-no-such-port")).err().expect("no port");
-    assert!(matches!(error, DriverError::Open { .. }), "{error}");
+    steady(|| {
+        let patient =
+            |path: &str| NativeOptions { greeting: Duration::from_millis(500), ..NativeOptions::new(path) };
+        let (path, _talker) = talker(Some(b"Grbl 1.1h ['$' for help]\r\n"));
+        let error = NativeStage::connect(&patient(&path)).err().expect("a Grbl");
+        assert!(error.to_string().contains("Grbl 1.1h") && error.to_string().contains(&path), "{error}");
+        let (path, _echo) = talker(None);
+        let error = NativeStage::connect(&patient(&path)).err().expect("an echo");
+        assert!(matches!(error, DriverError::Device(DeviceError::Nonsense { .. })), "{error}");
+        let (path, _silent) = talker(Some(b""));
+        let error = NativeStage::connect(&patient(&path)).err().expect("nobody");
+        assert!(matches!(error, DriverError::Device(DeviceError::Silent { .. })), "{error}");
+        let error = NativeStage::connect(&patient("/dev/there-is-no-such-port")).err().expect("no port");
+        assert!(matches!(error, DriverError::Open { .. }), "{error}");
+    });
 }
 
 /// Both readings of the controller lie between those of the host: its clock, as it is a moment later, cannot have gone further since
 /// than the host's, nor less but for what it stood still. Over the wrap of its clock, too.
 #[test]
 fn clocks_can_be_compared() {
-    let rate = 1.0 + 500e-6;
-    let first_tick_us = u32::MAX - 500_000;
-    let emulator = power(NativeStageSetup { clock_ppm: 500.0, first_tick_us, ..Default::default() });
-    let mut stage = NativeStage::connect(&options(&emulator)).expect("a sound stage");
-    let mut wrapped = false;
-    for _ in 0..50 {
-        let before = emulator.truth();
-        wait(&mut stage, |_| true).expect("nothing fails");
-        let sample = stage.ping().expect("it answers");
-        let later = emulator.truth();
-        let (tick_us, host) = later.clocks.expect("it runs");
-        let gone = |from: u32| f64::from(tick_us.wrapping_sub(from)) * 1e-6;
-        let still = (later.stood_still - before.stood_still).as_secs_f64();
-        assert!(gone(sample.tick_us) <= host.seconds_after(sample.sent) * rate + 1e-5);
-        assert!(gone(sample.left_us) >= (host.seconds_after(sample.received) - still) * rate - 1e-5);
-        assert!(gone(sample.tick_us) >= gone(sample.left_us) && sample.received > sample.sent);
-        wrapped |= sample.tick_us < first_tick_us;
-    }
-    assert!(wrapped);
+    steady(|| {
+        let rate = 1.0 + 500e-6;
+        let first_tick_us = u32::MAX - 500_000;
+        let emulator = power(NativeStageSetup { clock_ppm: 500.0, first_tick_us, ..Default::default() });
+        let mut stage = NativeStage::connect(&options(&emulator)).expect("a sound stage");
+        let mut wrapped = false;
+        for _ in 0..50 {
+            let before = emulator.truth();
+            wait(&mut stage, |_| true).expect("nothing fails");
+            let sample = stage.ping().expect("it answers");
+            let later = emulator.truth();
+            let (tick_us, host) = later.clocks.expect("it runs");
+            let gone = |from: u32| f64::from(tick_us.wrapping_sub(from)) * 1e-6;
+            let still = later.behind.as_secs_f64() - before.behind.as_secs_f64();
+            assert!(gone(sample.tick_us) <= (host.seconds_after(sample.sent) - still.min(0.0)) * rate + 1e-5);
+            assert!(gone(sample.left_us) >= (host.seconds_after(sample.received) - still) * rate - 1e-5);
+            assert!(gone(sample.tick_us) >= gone(sample.left_us) && sample.received > sample.sent);
+            wrapped |= sample.tick_us < first_tick_us;
+        }
+        assert!(wrapped);
+    });
 }
 
 #[test]

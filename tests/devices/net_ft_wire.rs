@@ -1,5 +1,6 @@
 //! Whether the driver of the Net F/T keeps its head when the wire brings what no sensor sends.
 
+use crate::steady::steady;
 use phantom_rig::clock::HostTime;
 use phantom_rig::device::{ForceRecord, ForceSensor};
 use phantom_rig::driver::{NetFt, NetFtSettings};
@@ -85,115 +86,133 @@ fn record(rdt_sequence: u32, ft_sequence: u32) -> Vec<u8> {
 
 #[test]
 fn datagrams_from_elsewhere_are_ignored_and_counted() {
-    let mut wire = Wire::new();
-    let stranger = UdpSocket::bind("127.0.0.1:0").expect("a socket");
-    for n in 0..5 {
-        stranger.send_to(&record(1000 + n, 1), wire.client).expect("sent");
-    }
-    wire.send(&record(2, 101));
-    assert_eq!(wire.receive_to(2), [1, 2]);
-    assert_eq!(wire.sensor.interference().foreign, 5);
+    steady(|| {
+        let mut wire = Wire::new();
+        let stranger = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+        for n in 0..5 {
+            stranger.send_to(&record(1000 + n, 1), wire.client).expect("sent");
+        }
+        wire.send(&record(2, 101));
+        assert_eq!(wire.receive_to(2), [1, 2]);
+        assert_eq!(wire.sensor.interference().foreign, 5);
+    });
 }
 
 #[test]
 fn datagrams_that_are_no_records_are_ignored_and_counted() {
-    let mut wire = Wire::new();
-    for length in [0, 1, 8, 35, 37, 71, 1439, 1441, 1476, 9000] {
-        wire.send(&vec![0; length]);
-    }
-    wire.send(&[record(2, 101), record(3, 102), record(4, 103)].concat());
-    assert_eq!(wire.receive_to(4), [1, 2, 3, 4]);
-    let losses = wire.sensor.losses();
-    assert_eq!((losses.malformed, losses.received, losses.lost), (10, 4, 0));
+    steady(|| {
+        let mut wire = Wire::new();
+        for length in [0, 1, 8, 35, 37, 71, 1439, 1441, 1476, 9000] {
+            wire.send(&vec![0; length]);
+        }
+        wire.send(&[record(2, 101), record(3, 102), record(4, 103)].concat());
+        assert_eq!(wire.receive_to(4), [1, 2, 3, 4]);
+        let losses = wire.sensor.losses();
+        assert_eq!((losses.malformed, losses.received, losses.lost), (10, 4, 0));
+    });
 }
 
 /// An answer that takes longer than the driver waits: each request begins the stream anew, and only the last one counts.
 #[test]
 fn late_answers_to_repeated_requests_are_one_stream() {
-    let mut wire = Wire::answering(3);
-    wire.send(&record(2, 301));
-    wire.send(&record(3, 302));
-    assert_eq!(wire.receive_to(3), [1, 2, 3]);
-    assert_eq!((wire.sensor.interference().restarted, wire.sensor.losses().received), (0, 3));
+    steady(|| {
+        let mut wire = Wire::answering(3);
+        wire.send(&record(2, 301));
+        wire.send(&record(3, 302));
+        assert_eq!(wire.receive_to(3), [1, 2, 3]);
+        assert_eq!((wire.sensor.interference().restarted, wire.sensor.losses().received), (0, 3));
+    });
 }
 
 /// A stop from a client that has lost the stream would end somebody else's.
 #[test]
 fn only_a_stream_that_still_comes_is_ended_when_its_sensor_is_dropped() {
-    for comes in [true, false] {
-        let wire = Wire::new();
-        if comes {
-            wire.send(&record(2, 101));
+    steady(|| {
+        for comes in [true, false] {
+            let wire = Wire::new();
+            if comes {
+                wire.send(&record(2, 101));
+            }
+            let Wire { stream, sensor, .. } = wire;
+            drop(sensor);
+            stream.set_read_timeout(Some(Duration::from_millis(200))).expect("a time-out");
+            let mut request = [0; 16];
+            let heard = stream.recv_from(&mut request).map(|(length, _)| request[..length].to_vec());
+            assert_eq!(heard.ok(), comes.then(|| vec![0x12, 0x34, 0, 0, 0, 0, 0, 0]));
         }
-        let Wire { stream, sensor, .. } = wire;
-        drop(sensor);
-        stream.set_read_timeout(Some(Duration::from_millis(200))).expect("a time-out");
-        let mut request = [0; 16];
-        let heard = stream.recv_from(&mut request).map(|(length, _)| request[..length].to_vec());
-        assert_eq!(heard.ok(), comes.then(|| vec![0x12, 0x34, 0, 0, 0, 0, 0, 0]));
-    }
+    });
 }
 
 #[test]
 fn a_stream_that_begins_anew_unasked_is_counted() {
-    let mut wire = Wire::new();
-    wire.send(&record(2, 101));
-    wire.send(&record(1, 50_000));
-    wire.send(&record(2, 50_001));
-    wire.send(&record(3, 50_002));
-    assert_eq!(wire.receive_to(3), [1, 2, 1, 2, 3]);
-    assert_eq!((wire.sensor.interference().restarted, wire.sensor.losses().lost), (1, 0));
+    steady(|| {
+        let mut wire = Wire::new();
+        wire.send(&record(2, 101));
+        wire.send(&record(1, 50_000));
+        wire.send(&record(2, 50_001));
+        wire.send(&record(3, 50_002));
+        assert_eq!(wire.receive_to(3), [1, 2, 1, 2, 3]);
+        assert_eq!((wire.sensor.interference().restarted, wire.sensor.losses().lost), (1, 0));
+    });
 }
 
 /// The buffer of whoever asks does not move while it has room, however much has piled up, and no record is left behind.
 #[test]
 fn nothing_is_allocated_while_there_is_room() {
-    let mut wire = Wire::new();
-    let mut records = wire.receive_at_once();
-    for n in 0..100 {
-        wire.send(&record(2 + n, 101 + n));
-    }
-    records.reserve_exact(100 - records.len());
-    records.resize(records.capacity() - 64, records[0]);
-    let (place, room, kept) = (records.as_ptr(), records.capacity(), records.len());
-    let mut numbers = vec![1];
-    let deadline = HostTime::now() + DEADLINE;
-    while numbers.len() < 101 {
-        assert!(HostTime::now() < deadline, "{} records", numbers.len());
-        records.truncate(kept);
-        wire.sensor.receive(HostTime::now() + Duration::from_millis(100), &mut records).expect("no error");
-        assert_eq!((records.as_ptr(), records.capacity()), (place, room));
-        numbers.extend(records[kept..].iter().map(|r| r.rdt_sequence));
-    }
-    assert!(numbers.iter().zip(1..).all(|(number, expected)| *number == expected), "{numbers:?}");
+    steady(|| {
+        let mut wire = Wire::new();
+        let mut records = wire.receive_at_once();
+        for n in 0..100 {
+            wire.send(&record(2 + n, 101 + n));
+        }
+        records.reserve_exact(100 - records.len());
+        records.resize(records.capacity() - 64, records[0]);
+        let (place, room, kept) = (records.as_ptr(), records.capacity(), records.len());
+        let mut numbers = vec![1];
+        let deadline = HostTime::now() + DEADLINE;
+        while numbers.len() < 101 {
+            assert!(HostTime::now() < deadline, "{} records", numbers.len());
+            records.truncate(kept);
+            wire.sensor
+                .receive(HostTime::now() + Duration::from_millis(100), &mut records)
+                .expect("no error");
+            assert_eq!((records.as_ptr(), records.capacity()), (place, room));
+            numbers.extend(records[kept..].iter().map(|r| r.rdt_sequence));
+        }
+        assert!(numbers.iter().zip(1..).all(|(number, expected)| *number == expected), "{numbers:?}");
+    });
 }
 
 #[test]
 fn a_sensor_that_is_not_there_is_reported_soon_and_by_its_address() {
-    let silent = TcpListener::bind("127.0.0.1:0").expect("a listener that never answers");
-    let port = silent.local_addr().expect("an address").port();
-    let begun = Instant::now();
-    let settings = NetFtSettings { http_port: port, ..NetFtSettings::at("127.0.0.1") };
-    let error = NetFt::open(&settings).expect_err("no answer").to_string();
-    assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
-    assert!(
-        error.contains(&format!("http://127.0.0.1:{port}/netftapi2.xml")) && error.contains("timeout"),
-        "{error}"
-    );
+    steady(|| {
+        let silent = TcpListener::bind("127.0.0.1:0").expect("a listener that never answers");
+        let port = silent.local_addr().expect("an address").port();
+        let begun = Instant::now();
+        let settings = NetFtSettings { http_port: port, ..NetFtSettings::at("127.0.0.1") };
+        let error = NetFt::open(&settings).expect_err("no answer").to_string();
+        assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
+        assert!(
+            error.contains(&format!("http://127.0.0.1:{port}/netftapi2.xml")) && error.contains("timeout"),
+            "{error}"
+        );
 
-    drop(silent);
-    let error = NetFt::open(&settings).expect_err("nobody there").to_string();
-    assert!(error.contains("refused"), "{error}");
-    let error = NetFt::open(&NetFtSettings::at("no such name")).expect_err("no address").to_string();
-    assert!(error.contains("no such name"), "{error}");
+        drop(silent);
+        let error = NetFt::open(&settings).expect_err("nobody there").to_string();
+        assert!(error.contains("refused"), "{error}");
+        let error = NetFt::open(&NetFtSettings::at("no such name")).expect_err("no address").to_string();
+        assert!(error.contains("no such name"), "{error}");
+    });
 }
 
 #[test]
 fn a_dropped_emulator_leaves_its_ports() {
-    let emulator = NetFtEmulator::start(NetFtSetup::default(), |_| [0.0; 6]).expect("an emulator");
-    let (rdt, http) = (emulator.rdt_port(), emulator.http_port());
-    assert!(UdpSocket::bind(("127.0.0.1", rdt)).is_err());
-    drop(emulator);
-    UdpSocket::bind(("127.0.0.1", rdt)).expect("a free port");
-    std::net::TcpStream::connect(("127.0.0.1", http)).expect_err("nobody listens");
+    steady(|| {
+        let emulator = NetFtEmulator::start(NetFtSetup::default(), |_| [0.0; 6]).expect("an emulator");
+        let (rdt, http) = (emulator.rdt_port(), emulator.http_port());
+        assert!(UdpSocket::bind(("127.0.0.1", rdt)).is_err());
+        drop(emulator);
+        UdpSocket::bind(("127.0.0.1", rdt)).expect("a free port");
+        std::net::TcpStream::connect(("127.0.0.1", http)).expect_err("nobody listens");
+    });
 }

@@ -2,20 +2,21 @@
 //!
 //! The phantom is a spring here: what a run does with forces does not depend on what makes them.
 
+use crate::steady::steady;
 use firmware_proto::ResetCause;
 use phantom_rig::acquire::{
     Bench, Cause, Conduct, Doing, Instruments, Latch, Latency, LoadLimits, Operator, PhantomBox, Phase, Plan,
     Protocol, Ran, Watched, conduct,
 };
 use phantom_rig::clock::{HostTime, Rows};
-use phantom_rig::dataset::read_session;
+use phantom_rig::dataset::read_sessions;
 use phantom_rig::device::{ForceSensor, Mounting, SensorMounting, Stage, StageLimits};
 use phantom_rig::driver::{NativeOptions, NativeStage, NetFt, NetFtSettings};
 use phantom_rig::geometry::{Mat3, Vec3};
 use phantom_rig::mesh::{Block, block as block_mesh};
 use phantom_rig::session::{
     ForceDocument, HashedText, MountingDocument, Outcome, PhantomDocument, Session, SessionWriter,
-    StageDocument, StartDocument, TipDocument, Topic, utc_text,
+    StageDocument, StartDocument, TipDocument, Topic, boot, utc_text,
 };
 use phantom_rig::sim::bytes::{
     NativeStageEmulator, NativeStageFaultSwitch, NativeStageSetup, NativeStageTruth, NetFtEmulator,
@@ -161,6 +162,8 @@ fn start_document(stage: &NativeStage, force: &NetFt) -> StartDocument {
         first_poke: 1,
         started_utc: utc_text(SystemTime::now()),
         started_host_ns: HostTime::now().nanos(),
+        boot: boot(),
+        variables: BTreeMap::new(),
         program: "test".to_owned(),
         seeds: BTreeMap::new(),
         rig: HashedText::new("rig"),
@@ -211,10 +214,9 @@ fn run_into(
     let mut rig = rig();
     let bench = bench(limit_n);
     let protocol = Protocol::parse("two.toml", PROTOCOL, &[]).expect("sound");
-    let plan = Plan::new(protocol.name(), &protocol.expand(), &bench, [0.0; 2]).checked().expect("possible");
+    let plan = |at: [f64; 2]| Plan::new(protocol.name(), &protocol.expand(), &bench, at).checked();
     let latch = Latch::new(rig.stage.stopper().expect("a second way"));
     let (watched, operator) = (Watched::default(), Operator::default());
-    rig.force.start().expect("a stream");
     let writer = SessionWriter::create(session, start_document(&rig.stage, &rig.force)).expect("a session");
     let doing = Conduct {
         plan: &plan,
@@ -226,6 +228,7 @@ fn run_into(
         watched: &watched,
         operator: &operator,
     };
+    rig.force.start().expect("a stream");
     let reach = Reach {
         stage: rig.stage_emulator.faults(),
         force: rig.force_emulator.faults(),
@@ -286,177 +289,202 @@ impl After {
 
 #[test]
 fn a_run_without_faults_is_carried_out_and_recorded_whole() {
-    let after = run(3.0, false, |_| {});
-    assert!(after.ran.stopped.is_none(), "{:?}", after.ran);
-    assert_eq!((after.ran.steps, after.ran.losses.lost), (2, 0));
-    let zero = after.ran.zero.expect("a zero");
-    assert!((zero.mean[2] - 0.7e6).abs() < 1e3, "{zero:?}");
-    assert_eq!(after.session.stop().expect("an end").outcome, Outcome::Success);
-    let info = after.session.info().expect("readable");
-    assert_eq!(info.force.lost, 0);
-    assert_eq!(info.topics[&Topic::Force].records, after.ran.losses.received);
-    // The deepest reading is the deepest poke's: 3 mm of 250 N/m, less 1 % for the last of the way.
-    let deepest = after.session.force().map(|r| r.expect("readable").counts[2]).max().expect("records");
-    let newtons = f64::from(deepest) / 1e6 - 0.7;
-    assert!((newtons - 0.75).abs() < 0.01, "{newtons} N");
+    steady(|| {
+        let after = run(3.0, false, |_| {});
+        assert!(after.ran.stopped.is_none(), "{:?}", after.ran);
+        assert_eq!((after.ran.steps, after.ran.losses.lost), (2, 0));
+        let zero = after.ran.zero.expect("a zero");
+        assert!((zero.mean[2] - 0.7e6).abs() < 1e3, "{zero:?}");
+        assert_eq!(after.session.stop().expect("an end").outcome, Outcome::Success);
+        let info = after.session.info().expect("readable");
+        assert_eq!(info.force.lost, 0);
+        assert_eq!(info.topics[&Topic::Force].records, after.ran.losses.received);
+        // The deepest reading is the deepest poke's: 3 mm of 250 N/m, less 1 % for the last of the way.
+        let deepest = after.session.force().map(|r| r.expect("readable").counts[2]).max().expect("records");
+        let newtons = f64::from(deepest) / 1e6 - 0.7;
+        assert!((newtons - 0.75).abs() < 0.01, "{newtons} N");
+    });
 }
 
 /// The recording says what the spring did: no force at rest, depth times stiffness in the hold, contact as long as the tip was past
 /// the surface.
 #[test]
 fn a_session_becomes_the_recording_of_what_happened() {
-    let after = run(3.0, false, |_| {});
-    let block = Block { size_m: [0.1, 0.15, 0.025], cells: [4, 6, 2] };
-    let from = read_session(&after.session, block_mesh(&block).expect("a block")).expect("a recording");
-    assert!(from.remarks.is_empty(), "{:?}", from.remarks);
-    let recording = from.recording;
-    assert_eq!(recording.pokes.len(), 2);
-    for (poke, (depth, x)) in recording.pokes.iter().zip([(0.003, 0.05), (0.002, 0.055)]) {
-        assert!((poke.site.x - x).abs() < 1e-12 && poke.direction.z == -1.0);
-        // In and out at 4 mm/s and 200 mm/s², which ends and begins with v/2a at the depth, and 1.5 s of hold.
-        let expected = 2.0 * (depth / 0.004 + 0.004 / (2.0 * 0.2)) + 1.5;
-        let lasted = poke.end_s - poke.start_s;
-        assert!((lasted - expected).abs() < 0.15, "{lasted} s, not {expected} s");
-        let held = |t: f64| t > poke.start_s + depth / 0.004 + 0.3 && t < poke.end_s - depth / 0.004 - 0.3;
-        let wrench = &recording.wrench;
-        let rows =
-            wrench.time_s.iter().zip(&wrench.force_n).zip(&wrench.torque_nm).filter(|((t, _), _)| held(**t));
-        let mut seen = 0;
-        for ((_, force), torque) in rows {
-            assert!((force[2] + STIFFNESS * depth).abs() < 0.005, "{force:?}");
-            assert!(torque.iter().all(|m| m.abs() < 1e-4), "{torque:?}");
-            seen += 1;
+    steady(|| {
+        let after = run(3.0, false, |_| {});
+        let block = Block { size_m: [0.1, 0.15, 0.025], cells: [4, 6, 2] };
+        let from = read_sessions(std::slice::from_ref(&after.session), block_mesh(&block).expect("a block"))
+            .expect("a recording");
+        assert!(from.remarks.is_empty(), "{:?}", from.remarks);
+        let recording = from.recording;
+        assert_eq!(recording.pokes.len(), 2);
+        for (poke, (depth, x)) in recording.pokes.iter().zip([(0.003, 0.05), (0.002, 0.055)]) {
+            assert!((poke.site.x - x).abs() < 1e-12 && poke.direction.z == -1.0);
+            // In and out at 4 mm/s and 200 mm/s², which ends and begins with v/2a at the depth, and 1.5 s of hold.
+            let expected = 2.0 * (depth / 0.004 + 0.004 / (2.0 * 0.2)) + 1.5;
+            let lasted = poke.end_s - poke.start_s;
+            assert!((lasted - expected).abs() < 0.15, "{lasted} s, not {expected} s");
+            let held =
+                |t: f64| t > poke.start_s + depth / 0.004 + 0.3 && t < poke.end_s - depth / 0.004 - 0.3;
+            let wrench = &recording.wrench;
+            let rows = wrench
+                .time_s
+                .iter()
+                .zip(&wrench.force_n)
+                .zip(&wrench.torque_nm)
+                .filter(|((t, _), _)| held(**t));
+            let mut seen = 0;
+            for ((_, force), torque) in rows {
+                assert!((force[2] + STIFFNESS * depth).abs() < 0.005, "{force:?}");
+                assert!(torque.iter().all(|m| m.abs() < 1e-4), "{torque:?}");
+                seen += 1;
+            }
+            assert!(seen > 20, "{seen} rows");
+            let stage = recording.stage.as_ref().expect("a stage");
+            let deepest = stage.time_s.iter().zip(&stage.displacement_m).filter(|(t, _)| held(**t));
+            assert!(deepest.clone().count() > 5);
+            assert!(deepest.clone().all(|(_, u)| (u[2] + depth).abs() < 3e-6 && u[0].abs() < 3e-6));
         }
-        assert!(seen > 20, "{seen} rows");
-        let stage = recording.stage.as_ref().expect("a stage");
-        let deepest = stage.time_s.iter().zip(&stage.displacement_m).filter(|(t, _)| held(**t));
-        assert!(deepest.clone().count() > 5);
-        assert!(deepest.clone().all(|(_, u)| (u[2] + depth).abs() < 3e-6 && u[0].abs() < 3e-6));
-    }
-    // Force and stage run on one clock: on the way in the force is that of the depth at the same time.
-    let (wrench, stage) = (&recording.wrench, recording.stage.as_ref().expect("a stage"));
-    let first = recording.pokes[0];
-    let rows = Rows::new(&stage.time_s);
-    let off = wrench.time_s.iter().zip(&wrench.force_n).filter_map(|(&t, force)| {
-        let moved = rows.at(&stage.displacement_m, t, first.start_s, first.end_s)?;
-        Some((force[2] - STIFFNESS * moved[2]).abs())
+        // Force and stage run on one clock: on the way in the force is that of the depth at the same time.
+        let (wrench, stage) = (&recording.wrench, recording.stage.as_ref().expect("a stage"));
+        let first = recording.pokes[0];
+        let rows = Rows::new(&stage.time_s);
+        let off = wrench.time_s.iter().zip(&wrench.force_n).filter_map(|(&t, force)| {
+            let moved = rows.at(&stage.displacement_m, t, first.start_s, first.end_s)?;
+            Some((force[2] - STIFFNESS * moved[2]).abs())
+        });
+        let largest = off.fold(0.0, f64::max);
+        // 1 N/s on the way: 20 ms of it.
+        assert!(largest < 0.02, "{largest} N");
+        assert!(
+            wrench
+                .time_s
+                .iter()
+                .zip(&wrench.force_n)
+                .filter(|(t, _)| **t < recording.rest_until_s)
+                .all(|(_, f)| f[2].abs() < 1e-3)
+        );
     });
-    let largest = off.fold(0.0, f64::max);
-    // 1 N/s on the way: 20 ms of it.
-    assert!(largest < 0.02, "{largest} N");
-    assert!(
-        wrench
-            .time_s
-            .iter()
-            .zip(&wrench.force_n)
-            .filter(|(t, _)| **t < recording.rest_until_s)
-            .all(|(_, f)| f[2].abs() < 1e-3)
-    );
 }
 
 #[test]
 fn too_much_force_stops_the_stage_within_the_overshoot_and_takes_the_tip_out() {
-    let after = run(3.0, true, |reach| reach.push.store(4.0_f64.to_bits(), Ordering::Relaxed));
-    match after.stopped() {
-        Cause::Limit { axis: 2, value, limit } => assert!(value > limit && limit == 3.0, "{value} {limit}"),
-        other => panic!("{other:?}"),
-    }
-    let stopped = after.ran.stopped.expect("a stop");
-    assert!(stopped.stands && stopped.retracted, "{stopped:?}");
-    assert!(after.height_m() > 3e-3, "{} m", after.height_m());
-    let sent = stopped.tripped.sent.expect("sent").since(stopped.tripped.seen);
-    assert!(sent < Duration::from_millis(200), "{sent:?}");
-    // 4 mm/s and 1 m/s²: 8 µm, and 4 µm for each millisecond of latency.
-    assert!(stopped.overshoot_m < 1e-3, "{} m", stopped.overshoot_m);
+    steady(|| {
+        let after = run(3.0, true, |reach| reach.push.store(4.0_f64.to_bits(), Ordering::Relaxed));
+        match after.stopped() {
+            Cause::Limit { axis: 2, value, limit } => {
+                assert!(value > limit && limit == 3.0, "{value} {limit}")
+            }
+            other => panic!("{other:?}"),
+        }
+        let stopped = after.ran.stopped.expect("a stop");
+        assert!(stopped.stands && stopped.retracted, "{stopped:?}");
+        assert!(after.height_m() > 3e-3, "{} m", after.height_m());
+        let sent = stopped.tripped.sent.expect("sent").since(stopped.tripped.seen);
+        assert!(sent < Duration::from_millis(200), "{sent:?}");
+        // 4 mm/s and 1 m/s²: 8 µm, and 4 µm for each millisecond of latency.
+        assert!(stopped.overshoot_m < 1e-3, "{} m", stopped.overshoot_m);
+    });
 }
 
 #[test]
 fn a_person_stops_it_and_the_tip_stays() {
-    let after = run(3.0, true, |reach| reach.latch.trip(Cause::Asked, HostTime::now()));
-    assert_eq!(after.stopped(), Cause::Asked);
-    let stopped = after.ran.stopped.expect("a stop");
-    assert!(stopped.stands && !stopped.retracted);
-    assert!(after.height_m() < 0.0, "{} m", after.height_m());
+    steady(|| {
+        let after = run(3.0, true, |reach| reach.latch.trip(Cause::Asked, HostTime::now()));
+        assert_eq!(after.stopped(), Cause::Asked);
+        let stopped = after.ran.stopped.expect("a stop");
+        assert!(stopped.stands && !stopped.retracted);
+        assert!(after.height_m() < 0.0, "{} m", after.height_m());
+    });
 }
 
 #[test]
 fn every_fault_of_the_sensor_stops_the_stage_and_the_tip_is_taken_out() {
-    let faults: [Fault; 5] = [
-        ("silent", |r| r.force.change(|f| f.stalled = true), |c| matches!(c, Cause::SensorSilent { .. })),
-        ("frozen", |r| r.force.change(|f| f.frozen = true), |c| c == Cause::SensorFrozen),
-        (
-            "saturated",
-            |r| r.force.change(|f| f.saturated = true),
-            |c| matches!(c, Cause::SensorStatus { .. } | Cause::Limit { .. }),
-        ),
-        (
-            "broken",
-            |r| r.force.change(|f| f.status_bits = 1 << 30),
-            |c| matches!(c, Cause::SensorStatus { .. }),
-        ),
-        (
-            "taken over",
-            |r| r.force.take_over(),
-            |c| matches!(c, Cause::SensorSilent { .. } | Cause::SensorRestarted),
-        ),
-    ];
-    for (name, fault, expected) in faults {
-        let after = run(3.0, false, fault);
-        let cause = after.stopped();
-        assert!(expected(cause), "{name}: {cause:?}");
-        assert!(after.ran.stopped.is_some_and(|s| s.stands && s.retracted), "{name}: {:?}", after.ran);
-        assert!(after.height_m() > 3e-3, "{name}: {} m", after.height_m());
-    }
+    steady(|| {
+        let faults: [Fault; 5] = [
+            ("silent", |r| r.force.change(|f| f.stalled = true), |c| matches!(c, Cause::SensorSilent { .. })),
+            ("frozen", |r| r.force.change(|f| f.frozen = true), |c| c == Cause::SensorFrozen),
+            (
+                "saturated",
+                |r| r.force.change(|f| f.saturated = true),
+                |c| matches!(c, Cause::SensorStatus { .. } | Cause::Limit { .. }),
+            ),
+            (
+                "broken",
+                |r| r.force.change(|f| f.status_bits = 1 << 30),
+                |c| matches!(c, Cause::SensorStatus { .. }),
+            ),
+            (
+                "taken over",
+                |r| r.force.take_over(),
+                |c| matches!(c, Cause::SensorSilent { .. } | Cause::SensorRestarted),
+            ),
+        ];
+        for (name, fault, expected) in faults {
+            let after = run(3.0, false, fault);
+            let cause = after.stopped();
+            assert!(expected(cause), "{name}: {cause:?}");
+            assert!(after.ran.stopped.is_some_and(|s| s.stands && s.retracted), "{name}: {:?}", after.ran);
+            assert!(after.height_m() > 3e-3, "{name}: {} m", after.height_m());
+        }
+    });
 }
 
 #[test]
 fn every_fault_of_the_stage_stops_it_where_it_is() {
-    let faults: [Fault; 3] = [
-        ("unplugged", |r| r.stage.unplug(), |c| c == Cause::StageSilent),
-        ("reset", |r| r.stage.reset(ResetCause::BrownOut), |c| c == Cause::StageReset),
-        ("mute", |r| r.stage.change(|f| f.mute = true), |c| c == Cause::StageSilent),
-    ];
-    for (name, fault, expected) in faults {
-        let after = run(3.0, true, fault);
-        let cause = after.stopped();
-        assert!(expected(cause), "{name}: {cause:?} {:?}", after.ran.failure);
-        assert!(after.ran.stopped.is_some_and(|s| !s.retracted), "{name}");
-    }
+    steady(|| {
+        let faults: [Fault; 3] = [
+            ("unplugged", |r| r.stage.unplug(), |c| c == Cause::StageSilent),
+            ("reset", |r| r.stage.reset(ResetCause::BrownOut), |c| c == Cause::StageReset),
+            ("mute", |r| r.stage.change(|f| f.mute = true), |c| c == Cause::StageSilent),
+        ];
+        for (name, fault, expected) in faults {
+            let after = run(3.0, true, fault);
+            let cause = after.stopped();
+            assert!(expected(cause), "{name}: {cause:?} {:?}", after.ran.failure);
+            assert!(after.ran.stopped.is_some_and(|s| !s.retracted), "{name}");
+        }
+    });
 }
 
 #[test]
 fn bad_lines_and_lost_datagrams_are_got_through_with_the_loss_put_down() {
-    let after = run(3.0, false, |r| {
-        r.stage
-            .change(|f| (f.corrupt_share, f.drop_frame_share, f.duplicate_frame_share) = (2e-4, 0.01, 0.01));
-        r.force.change(|f| (f.drop_share, f.duplicate_share, f.reorder_share) = (0.05, 0.01, 0.01));
+    steady(|| {
+        let after = run(3.0, false, |r| {
+            r.stage.change(|f| {
+                (f.corrupt_share, f.drop_frame_share, f.duplicate_frame_share) = (2e-4, 0.01, 0.01)
+            });
+            r.force.change(|f| (f.drop_share, f.duplicate_share, f.reorder_share) = (0.05, 0.01, 0.01));
+        });
+        assert!(after.ran.stopped.is_none(), "{:?}", after.ran);
+        let losses = after.ran.losses;
+        assert!(losses.lost > 20 && losses.duplicated > 0 && losses.reordered > 0, "{losses:?}");
+        let info = after.session.info().expect("readable");
+        assert_eq!((info.force.lost, info.force.duplicated), (losses.lost, losses.duplicated));
+        assert_eq!(after.session.stop().expect("an end").sensor.lost, losses.lost);
     });
-    assert!(after.ran.stopped.is_none(), "{:?}", after.ran);
-    let losses = after.ran.losses;
-    assert!(losses.lost > 20 && losses.duplicated > 0 && losses.reordered > 0, "{losses:?}");
-    let info = after.session.info().expect("readable");
-    assert_eq!((info.force.lost, info.force.duplicated), (losses.lost, losses.duplicated));
-    assert_eq!(after.session.stop().expect("an end").sensor.lost, losses.lost);
 }
 
 /// A disk of 1 MB, which is full after some seconds.
 #[test]
 fn a_full_disk_stops_the_stage() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let mounted = std::process::Command::new("mount")
-        .args(["-t", "tmpfs", "-o", "size=600k", "tmpfs"])
-        .arg(folder.path())
-        .status()
-        .is_ok_and(|s| s.success());
-    if !mounted {
-        eprintln!("skipped: no small disk can be mounted here");
-        return;
-    }
-    let (ran, truth, later) = run_into(&folder.path().join("session"), 3.0, false, |_| {});
-    let unmounted = std::process::Command::new("umount").arg(folder.path()).status();
-    assert!(unmounted.is_ok_and(|s| s.success()));
-    let stopped = ran.stopped.expect("a stop");
-    assert_eq!(stopped.tripped.cause, Cause::Recorder);
-    assert!(stopped.stands);
-    assert_eq!(truth.position_m, later.position_m);
+    steady(|| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mounted = std::process::Command::new("mount")
+            .args(["-t", "tmpfs", "-o", "size=600k", "tmpfs"])
+            .arg(folder.path())
+            .status()
+            .is_ok_and(|s| s.success());
+        if !mounted {
+            eprintln!("skipped: no small disk can be mounted here");
+            return;
+        }
+        let (ran, truth, later) = run_into(&folder.path().join("session"), 3.0, false, |_| {});
+        let unmounted = std::process::Command::new("umount").arg(folder.path()).status();
+        assert!(unmounted.is_ok_and(|s| s.success()));
+        let stopped = ran.stopped.expect("a stop");
+        assert_eq!(stopped.tripped.cause, Cause::Recorder);
+        assert!(stopped.stands);
+        assert_eq!(truth.position_m, later.position_m);
+    });
 }

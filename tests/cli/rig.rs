@@ -1,0 +1,172 @@
+//! A protocol on the simulated bench at the process boundary: planned, run, interrupted, gone on with, looked at, exported, replayed, and
+//! added to; and what is refused before anything moves.
+
+use super::{phantom_rig, run, utf8};
+use phantom_rig::dataset::read_bundle;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+const PROTOCOL: &str = "format = \"phantom-protocol/1\"\nname = \"three\"\n[defaults]\nspeed_mm_s = 4\npause_s = 1\nhold_s = 1\n\
+    [[step]]\nkind = \"ask\"\ntext = \"Ready?\"\n\
+    [[step]]\nkind = \"poke\"\nsite_mm = [50, 75, 25]\ndepth_mm = 2\nrepeats = 2\n\
+    [[step]]\nkind = \"poke\"\nsite_mm = [60, 75, 25]\nuntil_force_n = 0.3\ndepth_limit_mm = 4\n";
+
+/// A rig like that of `rigs/sim.toml`, patient enough for a machine that stands still now and then.
+fn rig(place: &Path, change: &[(&str, &str)]) -> PathBuf {
+    let sim = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/sim.toml");
+    let mut text = fs::read_to_string(sim).expect("the rig file that comes with the program");
+    let patient = [
+        ("silence_ms = 150", "silence_ms = 5000"),
+        ("gap_records = 700", "gap_records = 7000"),
+        ("frozen_records = 70", "frozen_records = 7000"),
+        ("# lease_ms = 100 ", "lease_ms = 1000 "),
+        ("rate_hz = 7000.0", "rate_hz = 1000.0"),
+        ("force_noise_n = [0.07, 0.07, 0.07]", "force_noise_n = [0.02, 0.02, 0.02]"),
+    ];
+    for (from, to) in patient.iter().chain(change) {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    let file = place.join("rig.toml");
+    fs::write(&file, text).expect("writable");
+    file
+}
+
+fn protocol(place: &Path) -> PathBuf {
+    let file = place.join("three.toml");
+    fs::write(&file, PROTOCOL).expect("writable");
+    file
+}
+
+/// Starts a run and interrupts it as Ctrl-C does once a line says `at`; exit code and what was printed.
+fn interrupted(arguments: &[&str], at: &str) -> (i32, String) {
+    let mut child = phantom_rig()
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let stderr = BufReader::new(child.stderr.take().expect("a pipe"));
+    let mut told = String::new();
+    let mut done = false;
+    for line in stderr.lines() {
+        let line = line.expect("text");
+        if line.contains(at) && !done {
+            done = true;
+            let pid = child.id().to_string();
+            assert!(Command::new("kill").args(["-INT", &pid]).status().expect("kill").success());
+        }
+        told += &(line + "\n");
+    }
+    assert!(done, "never {at}: {told}");
+    let output = child.wait_with_output().expect("it ends");
+    told += &String::from_utf8_lossy(&output.stdout);
+    (output.status.code().expect("an exit code"), told)
+}
+
+#[test]
+fn a_run_that_is_stopped_goes_on_and_becomes_one_recording() {
+    let place = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| place.path().join(name);
+    let (rig, protocol, session) = (rig(place.path(), &[]), protocol(place.path()), at("session"));
+    let (rig, protocol, session) = (utf8(&rig), utf8(&protocol), utf8(&session));
+
+    let svg = at("plan.svg");
+    let (code, text, stderr) = run(&["plan", protocol, "--rig", rig, "--draw", utf8(&svg)]);
+    assert_eq!(code, 0, "{text}{stderr}");
+    assert!(fs::read_to_string(svg).expect("a drawing").contains("<svg"));
+
+    let (code, told) = interrupted(
+        &["run", protocol, "--rig", rig, "--yes", "--lines", "--out", session],
+        "poke 2 of 3: press",
+    );
+    assert_eq!(code, 1, "{told}");
+    assert!(told.contains("stopped by hand") && told.contains("stop bytes after"), "{told}");
+    let (code, text, _) = run(&["session", "info", session]);
+    assert!(code == 3 && text.contains("ABORTED: stopped by hand"), "{text}");
+    // Nothing is overwritten, and what goes on is the same protocol.
+    let (code, _, stderr) = run(&["run", protocol, "--rig", rig, "--yes", "--out", session]);
+    assert!(code == 1 && stderr.contains("is there already"), "{stderr}");
+
+    let (code, text, stderr) =
+        run(&["run", protocol, "--rig", rig, "--yes", "--lines", "--out", session, "--resume"]);
+    assert_eq!(code, 0, "{text}{stderr}");
+    assert!(stderr.contains("poke 2 of 3") && !stderr.contains("poke 1 of 3"), "{stderr}");
+    let (code, text, _) = run(&["session", "info", session]);
+    assert!(code == 0 && text.contains("in 2 file(s); finished"), "{text}");
+    let (code, text, _) = run(&["session", "verify", session]);
+    assert_eq!((code, text.trim_end()), (0, &*format!("{session}: everything is there")));
+    let (code, _, stderr) = run(&["run", protocol, "--rig", rig, "--yes", "--out", session, "--resume"]);
+    assert!(code == 1 && stderr.contains("came to its end"), "{stderr}");
+
+    let bundle = at("bundle");
+    let (code, text, stderr) = run(&["session", "export", session, "--bundle", utf8(&bundle)]);
+    assert!(code == 3 && text.contains("poke 2 was not finished; it is left out"), "{text}{stderr}");
+    let (before, _) = read_bundle(&bundle).expect("a bundle");
+    assert_eq!(before.pokes.len(), 3);
+    // The press that was stopped is in no poke and in no rest: nothing pushes outside of pokes.
+    let within = |t: f64| before.pokes.iter().any(|p| t >= p.start_s - 0.05 && t <= p.end_s + 0.05);
+    let rows = before.wrench.time_s.iter().zip(&before.wrench.force_n);
+    let idle = rows.filter(|(t, _)| !within(**t)).map(|(_, f)| f[2].abs()).fold(0.0, f64::max);
+    assert!(idle < 0.04, "{idle} N outside of pokes");
+
+    let again = at("again");
+    let (code, text, stderr) = run(&["replay", session, "--out", utf8(&again)]);
+    assert_eq!(code, 0, "{text}{stderr}");
+    let replayed = at("replayed");
+    run(&["session", "export", utf8(&again), "--bundle", utf8(&replayed)]);
+    assert_eq!(read_bundle(&replayed).expect("a bundle").0, before, "a replay is the same recording");
+
+    let table = at("more.csv");
+    let header =
+        "poke,site_x_m,site_y_m,site_z_m,dir_x,dir_y,dir_z,radius_m,start_s,end_s,depth_m,rate_m_s,hold_s";
+    let row = "4,0.05,0.075,0.025,0,0,-1,0.008,0,3,0.0015,0.004,0.5";
+    fs::write(&table, format!("{header}\n{row}\n")).expect("writable");
+    let longer = at("longer");
+    let more = ["poke", session, "--rig", rig, "--pokes", utf8(&table), "--out", utf8(&longer)];
+    let (code, text, stderr) = run(&more);
+    assert!(code == 3 && text.contains("4 pokes, 1 of them new"), "{text}{stderr}");
+    let (after, _) = read_bundle(&longer).expect("a bundle");
+    assert_eq!(after.pokes[..3], before.pokes);
+    assert!(after.pokes[3].start_s > before.pokes[2].end_s);
+    // What was made is not made again.
+    let (_, text, stderr) = run(&[&more[..], &["--force"]].concat());
+    assert!(text.contains("4 pokes, 0 of them new"), "{text}{stderr}");
+}
+
+#[test]
+fn what_cannot_be_run_is_refused_before_anything_moves() {
+    let place = tempfile::tempdir().expect("a folder");
+    let three = protocol(place.path());
+    let session = place.path().join("session");
+    for (change, words) in [
+        (("limit_n = [3.0, 3.0, 5.0]", "limit_n = [3.0, 3.0, 500.0]"), "measures up to 60 N"),
+        (("travel_mm = [[0.5, 145.0], [0.5, 35.0]]", "travel_mm = [[0.5, 60.0], [0.5, 35.0]]"), "travel"),
+        (("port = \"simulated\"", "port = \"/dev/no-such-port\""), "/dev/no-such-port"),
+        (("clearance_mm = 5.0", "clearence_mm = 5.0"), "clearance_mm"),
+        (("source = \"simulated\"", "source = \"/dev/video0\""), "no camera is driven yet"),
+        (("latency_ms = 2.0", "latency_ms = 0.5"), "stage.latency_ms"),
+    ] {
+        let rig = rig(place.path(), &[change]);
+        let arguments = ["run", utf8(&three), "--rig", utf8(&rig), "--yes", "--out", utf8(&session)];
+        let (code, stdout, stderr) = run(&arguments);
+        assert!(code == 1 && stderr.contains(words), "{words}: {stdout}{stderr}");
+        assert!(!session.exists(), "{words}");
+    }
+    let rig = rig(place.path(), &[]);
+    let (code, _, stderr) = run(&["run", utf8(&three), "--rig", utf8(&rig), "--out", utf8(&session)]);
+    assert!(code == 2 && stderr.contains("--yes"), "{stderr}");
+}
+
+#[test]
+fn doctor_finds_the_devices_of_a_rig_and_says_what_is_behind_a_port() {
+    let place = tempfile::tempdir().expect("a folder");
+    let rig = rig(place.path(), &[]);
+    let (code, text, stderr) = run(&["doctor", "--rig", utf8(&rig)]);
+    assert_eq!(code, 0, "{text}{stderr}");
+    assert!(text.contains("emulated stage") && text.contains("records"), "{text}");
+    let (code, text, stderr) = run(&["doctor", "--port", "/dev/no-such-port"]);
+    assert!(code != 0 && text.contains("/dev/no-such-port"), "{text}{stderr}");
+}

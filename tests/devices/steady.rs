@@ -1,0 +1,63 @@
+//! Tests in real time on machines that are not.
+//!
+//! What these tests look at happens in milliseconds, at the other end of a port, in threads that need a processor when it does. A machine
+//! that stands still meanwhile (a virtual one whose host is busy, say) makes a sound driver time out, and the test says nothing. So a test
+//! that failed is made once more, but only where the machine was measured to have been held up while it ran.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// A thread that is woken later than this was held up.
+const LATE: Duration = Duration::from_millis(20);
+/// So was a machine of whose processors' time its host took more than this share.
+const STOLEN: f64 = 0.03;
+/// So often a test is made at most.
+const ATTEMPTS: u32 = 5;
+
+/// Makes a test, again where it failed on a machine that was held up.
+pub(crate) fn steady(test: impl Fn()) {
+    for attempt in 1.. {
+        let over = AtomicBool::new(false);
+        let before = stolen();
+        let (outcome, latest) = std::thread::scope(|scope| {
+            let watch = scope.spawn(|| lateness(&over));
+            let outcome = catch_unwind(AssertUnwindSafe(&test));
+            over.store(true, Ordering::Release);
+            (outcome, watch.join().expect("it only sleeps"))
+        });
+        let Err(failure) = outcome else { return };
+        let share = stolen().zip(before).map_or(0.0, |(a, b)| (a.0 - b.0) / (a.1 - b.1).max(1.0));
+        if attempt == ATTEMPTS || (latest <= LATE && share <= STOLEN) {
+            resume_unwind(failure);
+        }
+        println!(
+            "held up for {latest:?}, {:.0} % of the time taken: attempt {attempt} says nothing",
+            100.0 * share
+        );
+    }
+}
+
+/// How late a sleeping thread was woken, at worst.
+fn lateness(over: &AtomicBool) -> Duration {
+    const NAP: Duration = Duration::from_millis(2);
+    let mut latest = Duration::ZERO;
+    while !over.load(Ordering::Acquire) {
+        let before = Instant::now();
+        std::thread::sleep(NAP);
+        latest = latest.max(before.elapsed().saturating_sub(NAP));
+    }
+    latest
+}
+
+/// Time that the machine's host took for others, and all time that has passed, of all processors (in ticks); none where nobody tells.
+fn stolen() -> Option<(f64, f64)> {
+    let stat = std::fs::read_to_string("/proc/stat").ok()?;
+    let ticks: Vec<f64> = stat.lines().next()?.split_whitespace().skip(1).flat_map(str::parse).collect();
+    Some((*ticks.get(7)?, ticks.iter().take(8).sum()))
+}
+
+#[test]
+fn a_test_that_fails_for_good_fails() {
+    assert!(catch_unwind(|| steady(|| panic!("on purpose"))).is_err());
+}
