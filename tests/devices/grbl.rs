@@ -49,6 +49,10 @@ fn bench(dialect: GrblDialect) -> GrblSetup {
 
 impl Rig {
     fn with(setup: GrblSetup) -> Self {
+        Self::with_options(setup, options)
+    }
+
+    fn with_options(setup: GrblSetup, options: impl Fn(&str) -> GrblOptions) -> Self {
         let tip = Arc::new(Mutex::new([f64::NAN; 2]));
         let seen = tip.clone();
         let emulator = GrblEmulator::start(setup, move |position| *seen.lock().expect("no panic") = position)
@@ -122,6 +126,16 @@ impl Rig {
         self.until(|report| report.state == StageState::Moving && report.position_m[0] < -3e-3);
     }
 }
+
+/// Homing with so long a rest after each of its eight legs.
+fn slow_homing(dialect: GrblDialect, rest_ms: f64) -> GrblSetup {
+    let mut setup = bench(dialect);
+    setup.settings.insert(26, rest_ms);
+    setup
+}
+
+/// What was sent has been lost by then.
+const LOST: Duration = Duration::from_millis(50);
 
 fn motion(x_mm: f64, z_mm: f64) -> Motion {
     Motion { target_m: [x_mm * 1e-3, z_mm * 1e-3], speed_m_s: SPEED, acceleration_m_s2: ACCELERATION }
@@ -443,6 +457,107 @@ fn homing_without_an_acknowledgement_is_not_believed() {
         assert!(matches!(error, DeviceError::Silent { during: "homing", .. }), "{error}");
         let after = rig.report();
         assert_eq!((after.state, after.homed), (StageState::Fault { code: 0 }, false));
+    });
+}
+
+/// Standing, Grbl answers the question that comes with the command before it reads the command; then it says nothing until it has homed.
+#[test]
+fn homing_may_take_longer_than_a_reply() {
+    steady(|| {
+        for dialect in [Classic, Hal] {
+            let short = |port: &str| GrblOptions { reply: Duration::from_millis(300), ..options(port) };
+            let mut rig = Rig::with_options(slow_homing(dialect, 120.0), short).and_home();
+            rig.home();
+            rig.go(-5.0, -4.0).expect("a motion");
+        }
+    });
+}
+
+/// The settings of this one do not tell how long it really takes.
+#[test]
+fn homing_that_takes_too_long_is_ended() {
+    steady(|| {
+        let mut setup = slow_homing(Classic, 2000.0);
+        setup.settings.extend([(24, 6000.0), (25, 6000.0), (130, 10.0), (131, 10.0), (132, 10.0)]);
+        let mut rig = Rig::with(setup);
+        rig.stage.home().expect("homing starts");
+        let error = rig.failure();
+        assert!(matches!(error, DeviceError::Silent { during: "homing", .. }), "{error}");
+        // Reset while homing: so it does not go on.
+        let ended = rig.until(|report| report.state == StageState::Fault { code: 6 });
+        assert!(!ended.homed);
+    });
+}
+
+#[test]
+fn a_stop_that_got_lost_can_be_repeated() {
+    steady(|| {
+        for dialect in [Classic, Hal] {
+            let mut rig = Rig::homed(dialect);
+            rig.under_way();
+            rig.faults.deafen(true);
+            rig.stage.stop().expect("a stop");
+            thread::sleep(LOST);
+            rig.faults.deafen(false);
+            rig.stage.stop().expect("a stop");
+            let rest = rig.until(|report| report.state != StageState::Moving);
+            assert_eq!((rest.state, rest.homed), (StageState::Idle, true), "{dialect:?}");
+            assert!(rig.tip()[0] > -0.03, "it went on to {} m", rig.tip()[0]);
+        }
+    });
+}
+
+/// It hears nothing of the first stop, and nothing is heard of it: it may still be moving.
+#[test]
+fn a_stage_that_is_not_seen_at_rest_is_reset() {
+    steady(|| {
+        for dialect in [Classic, Hal] {
+            let mut rig = Rig::homed(dialect);
+            rig.under_way();
+            rig.faults.deafen(true);
+            rig.stage.stop().expect("a stop");
+            thread::sleep(LOST);
+            rig.faults.deafen(false);
+            rig.faults.silence(true);
+            let _ = rig.stage.report(HostTime::now() + Duration::from_millis(1500));
+            let stopped = rig.tip();
+            assert!(stopped[0] > -0.04, "it went on to {} m", stopped[0]);
+            thread::sleep(LOST);
+            assert_eq!(rig.tip(), stopped, "{dialect:?} stands");
+            rig.faults.silence(false);
+            let rest = rig.until(|report| report.state != StageState::Moving);
+            assert!(matches!(rest.state, StageState::Fault { .. }) && !rest.homed, "{rest:?}");
+        }
+    });
+}
+
+#[test]
+fn homing_whose_stop_got_lost_is_reset() {
+    steady(|| {
+        for dialect in [Classic, Hal] {
+            let mut rig = Rig::with(slow_homing(dialect, 1000.0));
+            let stopper = rig.stage.stopper().expect("a stopper");
+            rig.stage.home().expect("homing starts");
+            rig.faults.deafen(true);
+            stopper.stop_now().expect("a byte sent");
+            thread::sleep(LOST);
+            rig.faults.deafen(false);
+            let stopped = rig.until(|report| matches!(report.state, StageState::Fault { .. }));
+            assert_eq!((stopped.state, stopped.homed), (StageState::Fault { code: 6 }, false), "{dialect:?}");
+        }
+    });
+}
+
+/// Nobody has listened for long after a stop: that it was not seen at rest says nothing.
+#[test]
+fn a_stage_that_nobody_has_looked_at_is_not_reset() {
+    steady(|| {
+        let mut rig = Rig::homed(Classic);
+        rig.under_way();
+        rig.stage.stop().expect("a stop");
+        thread::sleep(Duration::from_secs(1));
+        let rest = rig.until(|report| report.state != StageState::Moving);
+        assert_eq!((rest.state, rest.homed), (StageState::Idle, true));
     });
 }
 

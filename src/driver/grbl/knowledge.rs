@@ -18,8 +18,11 @@ pub(super) enum Event {
     Report(StageReport),
     /// The line that was sent last is taken; homing is done.
     Done,
-    /// The line that was sent last is refused, with the controller's code.
-    Refused(u8),
+    /// The line that was sent last is refused, with the controller's code; whether it was the one that begins homing.
+    Refused {
+        code: u8,
+        homing: bool,
+    },
     /// An alarm, and what can be reported of it.
     Alarm(Option<StageReport>),
     /// The controller has started anew; whether nothing explains it.
@@ -47,30 +50,35 @@ pub(super) enum Activity {
     Moving {
         braking: Duration,
     },
-    /// Told to stop. When it has not until then, it is reset, once.
+    /// Told to stop. When it was not seen at rest until then, it is asked once more (`asked`), then reset (`reset`).
     Stopping {
         until: HostTime,
+        asked: bool,
         reset: bool,
     },
-    /// Homing, and until when at most. `seen`: it has said so itself. `idle`: since when it claims to be idle although it has not
-    /// acknowledged.
+    /// Homing, and until when at most. `seen`: it has said so itself. `elsewhere`: the first and the last of the reports in a row that
+    /// say that it is not homing.
     Homing {
         until: HostTime,
         seen: bool,
-        idle: Option<HostTime>,
+        elsewhere: Option<[HostTime; 2]>,
     },
 }
 
-/// A report may differ from where the stage should be by rounding on either side (m).
+/// A report may differ from where the stage should be by rounding on either side (m), and by a step.
 const ROUNDING_M: f64 = 10e-6;
 /// A stage whose reports repeat a position for so long stands, whatever it calls itself.
 const STILL: Duration = Duration::from_millis(300);
 /// How long a stage may take to come to rest that somebody else has set in motion.
 const UNKNOWN_BRAKING: Duration = Duration::from_secs(2);
+/// How long coming to rest may take beyond what the acceleration says.
+pub(super) const STOP_MARGIN: Duration = Duration::from_millis(500);
 
 #[derive(Debug)]
 pub(super) struct Knowledge {
     axes: Axes,
+    /// How far a report may be off where the stage should be (m).
+    tolerance_m: [f64; AXES],
     /// Last work coordinate offset told (mm).
     offset: Option<Vec<f64>>,
     pub(super) homed: bool,
@@ -92,9 +100,11 @@ pub(super) struct Knowledge {
 }
 
 impl Knowledge {
-    pub(super) fn new(axes: Axes) -> Self {
+    /// `step_m`: the smallest step of each axis (m).
+    pub(super) fn new(axes: Axes, step_m: [f64; AXES]) -> Self {
         Self {
             axes,
+            tolerance_m: step_m.map(|step| step.max(ROUNDING_M)),
             offset: None,
             homed: false,
             fault: None,
@@ -114,14 +124,39 @@ impl Knowledge {
         self.activity = Activity::Moving { braking };
         // That it stood until now does not mean that it still does.
         self.still = None;
-        let box_of = |a: f64, b: f64| [a.min(b) - ROUNDING_M, a.max(b) + ROUNDING_M];
-        self.region = Some(std::array::from_fn(|axis| box_of(from_m[axis], target_m[axis])));
+        self.region = Some(self.around(from_m, target_m));
+    }
+
+    /// Where a stage may be reported that is on its way from one place to another (m).
+    fn around(&self, a: [f64; AXES], b: [f64; AXES]) -> [[f64; 2]; AXES] {
+        std::array::from_fn(|axis| {
+            let tolerance = self.tolerance_m[axis];
+            [a[axis].min(b[axis]) - tolerance, a[axis].max(b[axis]) + tolerance]
+        })
     }
 
     /// It was told to home.
     pub(super) fn homing(&mut self, until: HostTime) {
-        self.activity = Activity::Homing { until, seen: false, idle: None };
+        self.activity = Activity::Homing { until, seen: false, elsewhere: None };
         self.lose_position();
+    }
+
+    /// It was told to stop. Told once more, it has no longer for it.
+    pub(super) fn stopping(&mut self, now: HostTime) {
+        let braking = match self.activity {
+            Activity::Moving { braking } => braking,
+            Activity::Homing { .. } => STOP_MARGIN,
+            Activity::Standing => UNKNOWN_BRAKING,
+            Activity::Stopping { .. } => return,
+        };
+        self.activity = Activity::Stopping { until: now + braking, asked: false, reset: false };
+    }
+
+    /// It was reset, because of what `meaning` says, and nobody knows whether it stood.
+    pub(super) fn reset(&mut self, now: HostTime, meaning: &str) {
+        self.latch(NO_CODE, meaning);
+        self.lose_position();
+        self.activity = Activity::Stopping { until: now + STOP_MARGIN, asked: true, reset: true };
     }
 
     pub(super) fn latch(&mut self, code: u8, meaning: impl Into<String>) {
@@ -150,10 +185,11 @@ impl Knowledge {
                 _ => Event::Done,
             },
             Line::Error(code) => {
-                if matches!(self.activity, Activity::Homing { .. }) {
+                let homing = matches!(self.activity, Activity::Homing { .. });
+                if homing {
                     self.activity = Activity::Standing;
                 }
-                Event::Refused(code)
+                Event::Refused { code, homing }
             }
             Line::Alarm(code) => self.alarm(at, code),
             Line::Banner { .. } => {
@@ -231,19 +267,21 @@ impl Knowledge {
         self.last = Some(report);
         self.stale = false;
         if self.homed && state != StageState::Moving {
-            self.region = Some(position_m.map(|x| [x - ROUNDING_M, x + ROUNDING_M]));
+            self.region = Some(self.around(position_m, position_m));
         }
         Event::Report(report)
     }
 
     /// What the controller's word for its state means, after taking note of it.
     fn state(&mut self, at: HostTime, word: Word, stopped: bool) -> StageState {
-        if let Activity::Homing { seen, idle, .. } = &mut self.activity {
+        if let Activity::Homing { seen, elsewhere, .. } = &mut self.activity {
             *seen |= word == Word::Home;
-            if word == Word::Idle {
-                // Said before it has read the command, or its acknowledgement got lost: the latter when it goes on saying so.
-                idle.get_or_insert(at);
-            }
+            // Said before it has read the command, or the command or its acknowledgement got lost: the latter when it goes on saying
+            // so. That it says nothing for a while means nothing: so it homes.
+            *elsewhere = match word {
+                Word::Idle | Word::Alarm(_) => Some([elsewhere.map_or(at, |[first, _]| first), at]),
+                _ => None,
+            };
             return StageState::Homing;
         }
         let still = self.still.is_some_and(|(_, since)| at.since(since) >= STILL);
@@ -285,15 +323,19 @@ impl Knowledge {
             Some(code) => self.only_unhomed(code),
             None => !self.homed,
         };
-        if expected || self.fault.is_some() {
+        if expected {
+            return;
+        }
+        // The line that announced it may have got lost: without a code it has the one of the fault that is known, if that has one.
+        if !code.or(self.fault.as_ref().map(|fault| fault.code)).is_some_and(codes::keeps_position) {
+            self.lose_position();
+        }
+        if self.fault.is_some() {
             return;
         }
         match code {
             Some(code) => self.latch(code, codes::alarm(code)),
             None => self.latch(NO_CODE, "it is in alarm and has not said why"),
-        }
-        if !code.is_some_and(codes::keeps_position) {
-            self.lose_position();
         }
     }
 }
@@ -307,7 +349,7 @@ mod tests {
     }
 
     fn known() -> Knowledge {
-        Knowledge::new(Axes { letters: ['X', 'Z'], index: [0, 2], count: 3 })
+        Knowledge::new(Axes { letters: ['X', 'Z'], index: [0, 2], count: 3 }, [2.5e-6; AXES])
     }
 
     fn say(known: &mut Knowledge, ms: u64, line: &str) -> Event {
@@ -398,6 +440,35 @@ mod tests {
         assert!(!known.homed);
         assert_eq!(say(&mut known, 3, "ok"), Event::Done);
         assert!(known.homed);
+    }
+
+    /// A reset of ours in motion: the line that says what it did to the position may get lost.
+    #[test]
+    fn an_alarm_whose_line_got_lost_takes_the_position_with_it() {
+        let alarm = "<Alarm|MPos:-1.000,0.000,-1.000|FS:0,0>";
+        let mut stopped = homed();
+        stopped.latch(NO_CODE, "it was told to stop");
+        assert!(!report(say(&mut stopped, 3, alarm)).homed);
+        let mut told = homed();
+        told.latch(NO_CODE, "it was told to stop");
+        assert!(report(say(&mut told, 3, "<Alarm:2|MPos:-1.000,0.000,-1.000|FS:0,0>")).homed);
+        let mut cleared = homed();
+        report(say(&mut cleared, 3, "ALARM:2"));
+        cleared.awaiting_banner = true;
+        say(&mut cleared, 4, "Grbl 1.1h ['$' for help]");
+        assert!(report(say(&mut cleared, 5, alarm)).homed, "outside its travel: it has not moved");
+    }
+
+    #[test]
+    fn a_report_may_be_off_by_a_step() {
+        let mut known = homed();
+        known.tolerance_m = Knowledge::new(known.axes.clone(), [50e-6, 1e-6]).tolerance_m;
+        known.moving([-1e-3, -1e-3], [-5e-3, -1e-3], Duration::ZERO);
+        let jog = |x: &str, z: &str| format!("<Jog|MPos:{x},0.000,{z}|FS:60,0>");
+        assert!(matches!(say(&mut known, 3, &jog("-5.045", "-1.009")), Event::Report(_)));
+        assert!(matches!(say(&mut known, 4, &jog("-5.055", "-1.000")), Event::Untrue(_)));
+        assert!(matches!(say(&mut known, 5, &jog("-5.000", "-1.000")), Event::Report(_)));
+        assert!(matches!(say(&mut known, 6, &jog("-5.000", "-1.011")), Event::Untrue(_)));
     }
 
     /// A reset whose banner got lost shows as an alarm that nobody has announced.

@@ -87,6 +87,11 @@ impl Link {
         }
     }
 
+    /// Whether every line that was read has been taken.
+    pub(super) fn is_drained(&self) -> bool {
+        self.read.is_empty()
+    }
+
     /// Nobody has answered for `waited` while `during`: what to say of it, silence or what came instead.
     pub(super) fn unanswered(
         &self,

@@ -7,7 +7,7 @@
 use super::codes::{self, NO_CODE};
 use super::command;
 use super::connect::{Axes, GrblOptions, connect};
-use super::knowledge::{Activity, Event, Knowledge};
+use super::knowledge::{Activity, Event, Knowledge, STOP_MARGIN};
 use super::line::Dialect;
 use super::link::Link;
 use super::settings::Machine;
@@ -15,15 +15,15 @@ use super::status::Word;
 use super::stopper::{GrblStopper, Latch};
 use crate::clock::HostTime;
 use crate::device::{
-    AXES, ClockComparison, DeviceError, Motion, Stage, StageIdentity, StageLimits, StageReport, StageState,
-    Stopper, Stopping,
+    AXES, ClockComparison, DeviceError, Motion, Stage, StageIdentity, StageLimits, StageReport, Stopper,
+    Stopping,
 };
 use crate::driver::DriverError;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// How long coming to rest may take beyond what the acceleration says.
-const STOP_MARGIN: Duration = Duration::from_millis(500);
+/// How long a stage that should stand is waited for to say so before it is reset.
+const LAST_ANSWER: Duration = Duration::from_millis(300);
 /// How long to look for a refusal of homing before its reports are left to say it.
 const REFUSAL: Duration = Duration::from_millis(200);
 /// No slower and no faster is asked for reports, whatever the options say (1/s).
@@ -69,7 +69,7 @@ impl GrblStage {
             link,
             dialect,
             letters: axes.letters,
-            known: Knowledge::new(axes),
+            known: Knowledge::new(axes, machine.limits.step_m),
             identity,
             machine,
             options: options.clone(),
@@ -136,15 +136,9 @@ impl GrblStage {
 
     /// Takes note of a stopper that was used meanwhile.
     fn notice_stop(&mut self) {
-        if !self.stopped() {
-            return;
+        if self.stopped() && self.known.activity != Activity::Standing {
+            self.known.stopping(HostTime::now());
         }
-        let braking = match self.known.activity {
-            Activity::Moving { braking } => braking,
-            Activity::Homing { .. } => STOP_MARGIN,
-            Activity::Standing | Activity::Stopping { .. } => return,
-        };
-        self.known.activity = Activity::Stopping { until: HostTime::now() + braking, reset: false };
     }
 
     fn ask(&mut self, now: HostTime) -> Result<(), DeviceError> {
@@ -171,6 +165,7 @@ impl GrblStage {
                 self.ask(now)?;
             }
             let Some((at, line)) = self.link.next(until.min(self.next_ask))? else {
+                self.stop_harder()?;
                 self.overdue()?;
                 if HostTime::now() >= until {
                     return Ok(None);
@@ -185,14 +180,13 @@ impl GrblStage {
                 self.unanswered = None;
             }
             match &event {
-                Event::Report(report) => {
+                Event::Report(_) => {
                     self.unanswered = None;
                     self.link.made_sense();
-                    self.stop_harder(report)?;
                 }
                 Event::Untrue(said) => self.link.count_nonsense(said.clone()),
                 Event::Astray(position_m) => {
-                    self.link.send(&[self.stop_byte()])?;
+                    self.known.stopping(HostTime::now());
                     let [x, z] = position_m.map(|m| m * 1e3);
                     let [a, b] = self.letters;
                     self.known.latch(
@@ -202,6 +196,7 @@ impl GrblStage {
                         ),
                     );
                     self.known.lose_position();
+                    self.link.send(&[self.stop_byte()])?;
                 }
                 Event::Banner { unexplained } => {
                     self.unanswered = None;
@@ -211,34 +206,64 @@ impl GrblStage {
                 }
                 _ => {}
             }
+            self.stop_harder()?;
             return Ok(Some(event));
         }
     }
 
-    /// A stage that goes on moving when it should stand is reset: it stops dead, says so with an alarm, and has to home again.
-    fn stop_harder(&mut self, report: &StageReport) -> Result<(), DeviceError> {
-        if let Activity::Stopping { until, reset } = &mut self.known.activity
-            && !*reset
-            && report.state == StageState::Moving
-            && report.host >= *until
-        {
-            *reset = true;
-            self.known.latch(NO_CODE, "it was reset because it went on moving when told to stop");
-            self.link.send(&[command::RESET])?;
+    /// Takes lines until one brings what is waited for. `None`: none had until `until`, whatever else has come without end.
+    fn wait_for<T>(
+        &mut self,
+        until: HostTime,
+        mut pick: impl FnMut(&Self, Event) -> Option<T>,
+    ) -> Result<Option<T>, DeviceError> {
+        while let Some(event) = self.pump(until)? {
+            let picked = pick(self, event);
+            if picked.is_some() {
+                return Ok(picked);
+            }
+            self.overdue()?;
+            if HostTime::now() >= until && self.link.is_drained() {
+                break;
+            }
         }
-        Ok(())
+        Ok(None)
+    }
+
+    /// A stage that is not seen at rest when it should be is reset, whatever it has said or not: it stops dead, says so with an alarm,
+    /// and has to home again. Since bytes may get lost, it is reset until it is seen at rest.
+    fn stop_harder(&mut self) -> Result<(), DeviceError> {
+        let now = HostTime::now();
+        let Activity::Stopping { until, asked, .. } = &mut self.known.activity else { return Ok(()) };
+        if now < *until {
+            return Ok(());
+        }
+        if !*asked {
+            // Whoever told it to stop may not have listened since.
+            (*asked, *until, self.next_ask) = (true, now + LAST_ANSWER, now);
+            return Ok(());
+        }
+        self.reset_because("it was reset because it was not seen at rest when told to stop")
+    }
+
+    fn reset_because(&mut self, meaning: &str) -> Result<(), DeviceError> {
+        self.known.reset(HostTime::now(), meaning);
+        // What was asked before is not going to be answered.
+        self.unanswered = None;
+        self.link.send(&[command::RESET])
     }
 
     /// Nothing has come; whether it should have by now.
     fn overdue(&mut self) -> Result<(), DeviceError> {
         let now = HostTime::now();
-        if let Activity::Homing { until, idle, .. } = self.known.activity {
-            let unacknowledged = idle.is_some_and(|since| now.since(since) > self.options.reply);
+        if let Activity::Homing { until, elsewhere, .. } = self.known.activity {
+            let unacknowledged =
+                elsewhere.is_some_and(|[first, last]| last.since(first) > self.options.reply);
             if now < until && !unacknowledged {
                 return Ok(());
             }
-            self.known.activity = Activity::Standing;
-            self.known.latch(NO_CODE, "it did not say that homing ended");
+            // It may be homing all the same.
+            self.reset_because("it was reset because it did not say that homing ended")?;
             let waited = if unacknowledged { self.options.reply } else { self.machine.homing };
             return Err(DeviceError::Silent { device: self.link.device(), waited, during: "homing" });
         }
@@ -258,15 +283,15 @@ impl GrblStage {
     /// of what was before, and are dropped.
     fn reply(&mut self) -> Result<Result<(), u8>, DeviceError> {
         let until = HostTime::now() + self.options.reply;
-        while let Some(event) = self.pump(until)? {
-            match event {
-                Event::Done => return Ok(Ok(())),
-                Event::Refused(code) => return Ok(Err(code)),
-                Event::Alarm(_) => return Err(self.fault()),
-                _ => {}
-            }
-        }
-        Err(self.link.unanswered(self.options.reply, "being told to do something", "ok or error"))
+        let reply = self.wait_for(until, |stage, event| match event {
+            Event::Done => Some(Ok(Ok(()))),
+            Event::Refused { code, .. } => Some(Ok(Err(code))),
+            Event::Alarm(_) => Some(Err(stage.fault())),
+            _ => None,
+        })?;
+        reply.unwrap_or_else(|| {
+            Err(self.link.unanswered(self.options.reply, "being told to do something", "ok or error"))
+        })
     }
 
     /// Where it stands (m), asking when it is not known.
@@ -275,14 +300,13 @@ impl GrblStage {
         if self.known.stale {
             self.next_ask = HostTime::now();
         }
-        while self.known.stale {
-            if self.pump(until)?.is_none() {
-                return Err(self.link.unanswered(
-                    self.options.silence,
-                    "being asked for its position",
-                    "a report",
-                ));
-            }
+        let known = |stage: &Self| (!stage.known.stale).then_some(());
+        if known(self).is_none() && self.wait_for(until, |stage, _| known(stage))?.is_none() {
+            return Err(self.link.unanswered(
+                self.options.silence,
+                "being asked for its position",
+                "a report",
+            ));
         }
         self.known
             .last
@@ -324,10 +348,9 @@ impl GrblStage {
         for _ in 0..2 {
             self.link.send(&[command::RESET])?;
             let until = HostTime::now() + self.options.banner;
-            while let Some(event) = self.pump(until)? {
-                if matches!(event, Event::Banner { .. }) {
-                    return Ok(());
-                }
+            let banner = |event| matches!(event, Event::Banner { .. }).then_some(());
+            if self.wait_for(until, |_, event| banner(event))?.is_some() {
+                return Ok(());
             }
         }
         Err(self.link.unanswered(self.options.banner * 2, "being reset", "its banner"))
@@ -337,18 +360,12 @@ impl GrblStage {
         self.reset()?;
         self.next_ask = HostTime::now();
         let until = HostTime::now() + self.options.silence;
-        while self.known.word.is_none() {
-            if self.pump(until)?.is_none() {
-                return Err(self.link.unanswered(
-                    self.options.silence,
-                    "being asked for its status",
-                    "a report",
-                ));
-            }
-        }
-        match self.known.word {
-            Some(Word::Idle) => Ok(()),
-            Some(Word::Alarm(_)) => {
+        let Some(word) = self.wait_for(until, |stage, _| stage.known.word)? else {
+            return Err(self.link.unanswered(self.options.silence, "being asked for its status", "a report"));
+        };
+        match word {
+            Word::Idle => Ok(()),
+            Word::Alarm(_) => {
                 self.link.send(b"$X\n")?;
                 match self.reply()? {
                     Ok(()) => Ok(()),
@@ -386,16 +403,14 @@ impl Stage for GrblStage {
         let now = HostTime::now();
         self.known.homing(now + self.machine.homing);
         self.next_ask = now;
-        while let Some(event) = self.pump(now + REFUSAL)? {
-            match event {
-                Event::Refused(code) => return Err(self.refused_with("home", code)),
-                Event::Alarm(_) => return Err(self.fault()),
-                Event::Done => return Ok(()),
-                Event::Report(_) if self.known.word == Some(Word::Home) => return Ok(()),
-                _ => {}
-            }
-        }
-        Ok(())
+        let began = self.wait_for(now + REFUSAL, |stage, event| match event {
+            Event::Refused { code, .. } => Some(Err(stage.refused_with("home", code))),
+            Event::Alarm(_) => Some(Err(stage.fault())),
+            Event::Done => Some(Ok(())),
+            Event::Report(_) if stage.known.word == Some(Word::Home) => Some(Ok(())),
+            _ => None,
+        })?;
+        began.unwrap_or(Ok(()))
     }
 
     fn move_to(&mut self, motion: Motion) -> Result<(), DeviceError> {
@@ -425,31 +440,34 @@ impl Stage for GrblStage {
                 Err(self.refused_with("move", code))
             }
             Err(error @ (DeviceError::Silent { .. } | DeviceError::Nonsense { .. })) => {
-                self.link.send(&[self.stop_byte()])?;
-                self.known.activity = Activity::Stopping { until: HostTime::now() + braking, reset: false };
+                // Reports from before may have said that it stands.
+                self.known.moving(from_m, motion.target_m, braking);
+                self.known.stopping(HostTime::now());
                 self.known.latch(NO_CODE, "it was told to stop because it did not acknowledge a motion");
+                self.link.send(&[self.stop_byte()])?;
                 Err(error)
             }
-            Err(error) => {
-                self.known.activity = Activity::Standing;
+            Err(error @ DeviceError::Lost { .. }) => {
+                // Nobody knows whether it goes.
+                self.known.moving(from_m, motion.target_m, braking);
                 Err(error)
             }
+            // An alarm or a restart: it stands.
+            Err(error) => Err(error),
         }
     }
 
     fn stop(&mut self) -> Result<(), DeviceError> {
         match self.known.activity {
-            Activity::Standing | Activity::Stopping { .. } => Ok(()),
             // Nothing else ends homing. Unless it has not begun yet, an alarm follows.
-            Activity::Homing { .. } => {
-                self.known.latch(NO_CODE, "it was reset instead of homing");
-                self.link.send(&[command::RESET])
-            }
-            Activity::Moving { braking } => {
-                self.known.activity = Activity::Stopping { until: HostTime::now() + braking, reset: false };
-                self.link.send(&[command::JOG_CANCEL])
-            }
+            Activity::Homing { .. } => return self.reset_because("it was reset instead of homing"),
+            Activity::Stopping { reset: true, .. } => return self.link.send(&[command::RESET]),
+            // A stage that stands ignores the byte; should it not, that it does is only what was believed.
+            Activity::Standing => {}
+            Activity::Moving { .. } | Activity::Stopping { .. } => self.known.stopping(HostTime::now()),
         }
+        // A cancellation would take back what a stopper has latched.
+        self.link.send(&[if self.stopped() { self.stop_byte() } else { command::JOG_CANCEL }])
     }
 
     fn clear(&mut self) -> Result<(), DeviceError> {
@@ -469,16 +487,13 @@ impl Stage for GrblStage {
     }
 
     fn report(&mut self, until: HostTime) -> Result<Option<StageReport>, DeviceError> {
-        loop {
-            let homing = matches!(self.known.activity, Activity::Homing { .. });
-            match self.pump(until)? {
-                None => return Ok(None),
-                Some(Event::Report(report) | Event::Alarm(Some(report))) => return Ok(Some(report)),
-                // Homing is the only thing whose reply is not waited for.
-                Some(Event::Refused(code)) if homing => return Err(self.refused_with("home", code)),
-                Some(_) => {}
-            }
-        }
+        let report = self.wait_for(until, |stage, event| match event {
+            Event::Report(report) | Event::Alarm(Some(report)) => Some(Ok(report)),
+            // Homing is the only thing whose reply is not waited for.
+            Event::Refused { code, homing: true } => Some(Err(stage.refused_with("home", code))),
+            _ => None,
+        })?;
+        report.transpose()
     }
 
     /// Grbl tells no time.

@@ -98,7 +98,9 @@ fn run(
         if wrong.break_switches {
             machine.break_switches();
         }
-        if let Heard::Bytes(count) = heard {
+        if let Heard::Bytes(count) = heard
+            && !wrong.deaf
+        {
             machine.receive(&buffer[..count]);
         }
         follow(machine.position_m());

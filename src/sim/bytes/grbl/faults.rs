@@ -9,6 +9,7 @@ pub(super) struct Wrong {
     pub(super) corrupted: f64,
     pub(super) dropped: f64,
     pub(super) silent: bool,
+    pub(super) deaf: bool,
     pub(super) withheld_oks: u32,
     pub(super) reset: bool,
     pub(super) hit_limit: bool,
@@ -36,6 +37,11 @@ impl GrblFaults {
     /// Whether all that it sends is lost.
     pub fn silence(&self, silent: bool) {
         self.lock().silent = silent;
+    }
+
+    /// Whether all that is sent to it is lost.
+    pub fn deafen(&self, deaf: bool) {
+        self.lock().deaf = deaf;
     }
 
     /// So many acknowledgements from now on are lost.
