@@ -562,6 +562,38 @@ fn a_stage_that_nobody_has_looked_at_is_not_reset() {
 }
 
 #[test]
+fn a_stop_outlives_the_program_that_made_it() {
+    steady(|| {
+        for dialect in [Classic, Hal] {
+            for moving in [false, true] {
+                let mut setup = bench(dialect);
+                setup.resets_on_open = false;
+                let emulator = GrblEmulator::start(setup, |_| {}).expect("a pseudo-terminal");
+                let mut first = GrblStage::connect(&options(emulator.port())).expect("a stage");
+                // The fault of having been stopped is nobody else's.
+                first.home().expect("homing starts");
+                let deadline = HostTime::now() + PATIENCE;
+                while !first.report(deadline).expect("reports").expect("a report").homed {}
+                if moving {
+                    first.move_to(motion(-50.0, -1.0)).expect("a motion");
+                }
+                first.stopper().expect("a stopper").stop_now().expect("a byte sent");
+                thread::sleep(Duration::from_millis(500));
+                drop(first);
+                let mut second = GrblStage::connect(&options(emulator.port())).expect("a stage");
+                let refused = second.home();
+                assert!(
+                    matches!(refused, Err(DeviceError::Fault { .. })),
+                    "{dialect:?}, moving {moving}: {refused:?}"
+                );
+                second.clear().expect("cleared");
+                second.home().expect("homing starts");
+            }
+        }
+    });
+}
+
+#[test]
 fn homing_that_fails_is_a_fault() {
     steady(|| {
         for dialect in [Classic, Hal] {
@@ -639,6 +671,11 @@ fn settings_that_do_not_serve_are_named() {
         let emulator = GrblEmulator::start(setup, |_| {}).expect("a pseudo-terminal");
         let error = GrblStage::connect(&options(emulator.port())).err().expect("reports in inches");
         assert!(error.to_string().contains("$13=1"), "{error}");
+        let mut setup = bench(Classic);
+        setup.settings.insert(1, 25.0);
+        let emulator = GrblEmulator::start(setup, |_| {}).expect("a pseudo-terminal");
+        let error = GrblStage::connect(&options(emulator.port())).err().expect("motors go limp");
+        assert!(error.to_string().contains("$1=25; expected 255"), "{error}");
         let emulator = GrblEmulator::start(bench(Classic), |_| {}).expect("a pseudo-terminal");
         let asked = GrblOptions { axes: ['X', 'A'], ..options(emulator.port()) };
         let error = GrblStage::connect(&asked).err().expect("no axis A");

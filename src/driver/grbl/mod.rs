@@ -14,6 +14,8 @@
 //!   answers nothing and grblHAL as a rule nothing either: there are no reports until it is done, and its time is limited by what the
 //!   settings say that it may take.
 //! - **Stopping** by either way begins after [`GrblStage::braking_delay`] and goes by the machine's acceleration; `stopper` says why.
+//! - **Motors** must keep their current between motions (`$1=255`): a tip that holds a poke without it would be pushed back, and steps
+//!   lost that nobody counts. A controller that is set up otherwise is refused.
 //! - **No watchdog**: when the host dies or the cable comes off, the controller finishes the motion under way.
 
 mod codes;

@@ -6,6 +6,7 @@
 //! machine that is built so, where homing ends), and travel on the other side of it.
 
 use super::connect::Axes;
+use super::line::Dialect;
 use crate::device::{AXES, StageLimits};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -31,16 +32,28 @@ pub(super) struct Machine {
     pub(super) parks: bool,
 }
 
+/// The delay ($1, ms) that stands for keeping the motors' current for good.
+const KEPT_ON: f64 = 255.0;
+const POWERED: &str = "255, so that motors keep their current and hold the tip between motions: send $1=255 to the controller \
+    (grblHAL: or $37 with the bits of both axes)";
 /// Farther than the travel by this factor a limit switch is not searched for (both firmwares).
 const SEARCH: f64 = 1.5;
 /// Farther than the pull-off by this factor a switch is not approached the second time.
 const LOCATE: f64 = 5.0;
 
 impl Machine {
+    /// Whether nothing that [`Machine::from_settings`] cannot do without is missing.
+    pub(super) fn tells_all(settings: &BTreeMap<u16, f64>, axes: &Axes) -> bool {
+        let by_axis = |index: &usize| [100, 110, 120, 130].map(|first| first + *index as u16);
+        let single = [1, 13, 21, 22, 23, 27].into_iter();
+        single.chain(axes.index.iter().flat_map(by_axis)).all(|setting| settings.contains_key(&setting))
+    }
+
     /// From settings by number. `zero_at_home`: the firmware is built to call the homed position zero.
     pub(super) fn from_settings(
         settings: &BTreeMap<u16, f64>,
         axes: &Axes,
+        dialect: Dialect,
         zero_at_home: bool,
     ) -> Result<Self, Unfit> {
         let get = |setting, expected| {
@@ -56,10 +69,17 @@ impl Machine {
             return Err(Unfit { setting: 13, value: Some(inches), expected: "0: reports in millimetres" });
         }
         let bits = |setting| or_zero(setting) as u32;
+        // Without current a motor gives way to what is poked, and steps are lost that nobody counts. grblHAL can keep it axis by axis.
+        let kept = dialect == Dialect::Hal && axes.index.iter().all(|index| bits(37) >> index & 1 == 1);
+        let idle_delay = settings.get(&1).copied();
+        if !kept && idle_delay != Some(KEPT_ON) {
+            return Err(Unfit { setting: 1, value: idle_delay, expected: POWERED });
+        }
         // grblHAL has a bit in $22 for what Grbl has a compile-time option for.
-        let zero_at_home = zero_at_home || bits(22) & 8 != 0;
-        let hard_limits = bits(21) & 1 != 0;
-        let pull_off = or_zero(27);
+        let zero_at_home = zero_at_home || get(22, "how it homes")? as u32 & 8 != 0;
+        let hard_limits = get(21, "whether hard limits are on")? as u32 & 1 != 0;
+        let low_ends = get(23, "the directions of homing")? as u32;
+        let pull_off = get(27, "the pull-off of homing in mm")?;
 
         let mut limits = StageLimits {
             travel_m: [[0.0; 2]; AXES],
@@ -72,7 +92,7 @@ impl Machine {
             let number = u16::try_from(index).unwrap_or(u16::MAX);
             let steps_per_mm = positive(100 + number, "steps per millimetre")?;
             let travel = positive(130 + number, "the travel in millimetres")?;
-            let at_low_end = bits(23) >> index & 1 == 1;
+            let at_low_end = low_ends >> index & 1 == 1;
             // Where hard limits are on, going back to the switch would trip it: the homed position, a pull-off away, is the end.
             let clear = if hard_limits && !zero_at_home { pull_off } else { 0.0 };
             let travel_mm = match (zero_at_home, at_low_end) {
@@ -113,7 +133,8 @@ mod tests {
 
     /// The example of the documentation, for X and Z.
     fn published() -> (BTreeMap<u16, f64>, Axes) {
-        let mut settings = BTreeMap::from([(13, 0.0), (20, 0.0), (21, 0.0), (22, 1.0), (23, 0.0)]);
+        let mut settings =
+            BTreeMap::from([(1, 255.0), (13, 0.0), (20, 0.0), (21, 0.0), (22, 1.0), (23, 0.0)]);
         settings.extend([(24, 25.0), (25, 500.0), (26, 250.0), (27, 1.0)]);
         for axis in 0..3 {
             settings.extend([
@@ -126,11 +147,15 @@ mod tests {
         (settings, Axes { letters: ['X', 'Z'], index: [0, 2], count: 3 })
     }
 
+    fn from(settings: &BTreeMap<u16, f64>, axes: &Axes, zero: bool) -> Result<Machine, Unfit> {
+        Machine::from_settings(settings, axes, Dialect::Classic, zero)
+    }
+
     #[test]
     fn published_settings_become_si() {
         let (mut settings, axes) = published();
         settings.insert(132, 50.0);
-        let machine = Machine::from_settings(&settings, &axes, false).expect("complete");
+        let machine = from(&settings, &axes, false).expect("complete");
         assert_eq!(machine.limits.travel_m, [[-0.2, 0.0], [-0.05, 0.0]]);
         assert!((machine.limits.speed_m_s[0] - 0.5 / 60.0).abs() < 1e-15);
         assert!((machine.limits.acceleration_m_s2[1] - 0.01).abs() < 1e-15);
@@ -145,7 +170,7 @@ mod tests {
     fn travel_follows_homing_direction_and_origin() {
         let (mut settings, axes) = published();
         let travel = |settings: &BTreeMap<u16, f64>, zero| {
-            Machine::from_settings(settings, &axes, zero).expect("complete").limits.travel_m[0]
+            from(settings, &axes, zero).expect("complete").limits.travel_m[0]
         };
         settings.insert(23, 1.0);
         assert_eq!(travel(&settings, false), [-0.2, 0.0]);
@@ -162,14 +187,47 @@ mod tests {
     fn settings_that_do_not_serve_are_named() {
         let (mut settings, axes) = published();
         settings.insert(13, 1.0);
-        let unfit = Machine::from_settings(&settings, &axes, false).expect_err("inches");
+        let unfit = from(&settings, &axes, false).expect_err("inches");
         assert_eq!((unfit.setting, unfit.value), (13, Some(1.0)));
         settings.insert(13, 0.0);
         settings.insert(122, 0.0);
-        let unfit = Machine::from_settings(&settings, &axes, false).expect_err("no acceleration");
+        let unfit = from(&settings, &axes, false).expect_err("no acceleration");
         assert_eq!((unfit.setting, unfit.value), (122, Some(0.0)));
         settings.remove(&102);
-        let unfit = Machine::from_settings(&settings, &axes, false).expect_err("no resolution");
+        let unfit = from(&settings, &axes, false).expect_err("no resolution");
         assert_eq!((unfit.setting, unfit.value), (102, None));
+    }
+
+    /// gnea/grbl, doc/markdown/settings.md, $1: 255 keeps motors powered. grblHAL: $37 names the axes that are kept powered whatever $1.
+    #[test]
+    fn motors_that_lose_their_current_between_motions_are_refused() {
+        let (mut settings, axes) = published();
+        let with = |settings: &_, dialect| Machine::from_settings(settings, &axes, dialect, false);
+        settings.insert(1, 25.0);
+        for (mask, holds) in [(0.0, false), (1.0, false), (5.0, true), (7.0, true)] {
+            settings.insert(37, mask);
+            let unfit = with(&settings, Dialect::Classic).expect_err("motors go limp");
+            assert_eq!((unfit.setting, unfit.value), (1, Some(25.0)));
+            assert!(unfit.expected.contains("$1=255"));
+            assert_eq!(with(&settings, Dialect::Hal).is_ok(), holds, "$37={mask}");
+        }
+        settings.remove(&1);
+        let unfit = with(&settings, Dialect::Classic).expect_err("nobody knows");
+        assert_eq!((unfit.setting, unfit.value), (1, None));
+        settings.insert(1, 255.0);
+        settings.insert(37, 0.0);
+        assert!(with(&settings, Dialect::Classic).is_ok() && with(&settings, Dialect::Hal).is_ok());
+    }
+
+    /// What cannot be done without, though it has a usual value: taken for zero, it would shift the travel.
+    #[test]
+    fn settings_that_did_not_come_are_not_taken_for_zero() {
+        for setting in [21, 22, 23, 27] {
+            let (mut settings, axes) = published();
+            settings.insert(27, 1.0);
+            settings.remove(&setting);
+            let unfit = from(&settings, &axes, false).expect_err("incomplete");
+            assert_eq!((unfit.setting, unfit.value), (setting, None));
+        }
     }
 }

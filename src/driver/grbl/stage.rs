@@ -99,6 +99,11 @@ impl GrblStage {
         self.link.nonsense()
     }
 
+    /// Latches it until it is cleared.
+    pub(super) fn latch(&mut self, why: &str) {
+        self.known.latch(NO_CODE, why);
+    }
+
     fn stopped(&self) -> bool {
         self.latch.stops() != self.cleared
     }

@@ -14,7 +14,8 @@
 //! at speed v and acceleration a the stage goes v·d + v²/2a farther, with d up to 50 ms on Grbl and 90 ms on grblHAL
 //! ([`GrblStage::braking_delay`](super::GrblStage::braking_delay)); 0x18 would stop within fractions of a millimetre and lose the
 //! position. A plan has to allow for that way before it moves. The latch is kept by the controller and,
-//! in case the byte gets lost, by the host: [`Latch`]. `clear` resets the controller, which drops what it has not read.
+//! in case the byte gets lost, by the host: [`Latch`]. `clear` resets the controller, which drops what it has not read. When the
+//! program ends, the controller's is what is left: whoever connects next finds it, unless opening the port resets the board.
 //!
 //! grblHAL (seen with build 20260817) comes to rest in the same way but goes on calling itself `Jog`, so that the reset in `clear`
 //! is one in motion to it: it raises alarm 3, and the stage has to home again. A machine set up to park at an open door would move:

@@ -47,7 +47,8 @@ impl GrblSetup {
         let hal = dialect == GrblDialect::Hal;
         let mut settings = BTreeMap::from([
             (0, 10.0),
-            (1, 25.0),
+            // Motors keep their current.
+            (1, 255.0),
             (10, if hal { 511.0 } else { 1.0 }),
             (11, 0.01),
             (12, 0.002),
