@@ -60,8 +60,8 @@ pub struct HomingConfig {
 pub struct Config {
     /// Both axes. Positions count from where the low switch trips: travel should begin above its hysteresis.
     pub axes: [AxisLimits; AXES],
-    /// Deceleration along the path after the emergency pattern, µm/s²; a motion that decelerates faster anyway
-    /// keeps its own.
+    /// Deceleration along the path after the emergency pattern, µm/s², no more than either axis may have: an axis
+    /// that brakes harder loses steps, and position with them. A motion that decelerates faster anyway keeps its own.
     pub emergency_um_s2: u32,
     /// Homing.
     pub homing: HomingConfig,
@@ -112,7 +112,6 @@ impl Config {
         // 10 m/s and 1000 m/s²: beyond any bench stage, and within what the arithmetic of profiles holds.
         const SPEEDS: [i64; 2] = [1, 10_000_000];
         const ACCELERATIONS: [i64; 2] = [1, 1_000_000_000];
-        within("emergency_um_s2", None, self.emergency_um_s2, ACCELERATIONS)?;
         for (axis, limits) in self.axes.iter().enumerate() {
             let of = Some(axis);
             within("travel_low_um", of, limits.travel_low_um, [-FURTHEST_UM, FURTHEST_UM])?;
@@ -120,6 +119,8 @@ impl Config {
             within("travel_high_um", of, limits.travel_high_um, above)?;
             within("max_speed_um_s", of, limits.max_speed_um_s, SPEEDS)?;
             within("max_acceleration_um_s2", of, limits.max_acceleration_um_s2, ACCELERATIONS)?;
+            let acceleration = [1, i64::from(limits.max_acceleration_um_s2)];
+            within("emergency_um_s2", of, self.emergency_um_s2, acceleration)?;
             within("per_mm", of, limits.per_mm, [1, 1000])?;
             within("steps", of, limits.steps, [1, 1 << 24])?;
             // A quarter of i32: way and way back between any two places never leave it.
@@ -131,7 +132,6 @@ impl Config {
             within("slow_um_s", of, self.homing.slow_um_s, [1, i64::from(self.homing.fast_um_s)])?;
             within("unhomed_speed_um_s", of, self.unhomed_speed_um_s, speed)?;
             within("unhomed_distance_um", of, self.unhomed_distance_um, [0, FURTHEST_UM])?;
-            let acceleration = [1, i64::from(limits.max_acceleration_um_s2)];
             within("acceleration_um_s2", of, self.homing.acceleration_um_s2, acceleration)?;
             // The way back clears the overrun v²/2a and a step at least.
             let fast = f64::from(self.homing.fast_um_s);

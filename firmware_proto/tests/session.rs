@@ -278,7 +278,7 @@ fn an_axis_tells_its_limits() {
     let expected = Response::Axis {
         axis: 1,
         limits: config().axes[1],
-        emergency_um_s2: 1_000_000,
+        emergency_um_s2: 200_000,
         unhomed_speed_um_s: 1000,
         unhomed_distance_um: 2000,
     };

@@ -158,6 +158,8 @@ impl RigFile {
             own.travel_high_um = micrometres(high);
             own.max_speed_um_s = micrometres(limits.speed_m_s[axis]).unsigned_abs();
             own.max_acceleration_um_s2 = micrometres(limits.acceleration_m_s2[axis]).unsigned_abs();
+            let hardest = own.max_acceleration_um_s2;
+            setup.firmware.emergency_um_s2 = setup.firmware.emergency_um_s2.min(hardest);
             setup.switches_m[axis] = [0.0, high + 1e-3];
             setup.ends_m[axis] = [-2e-3, high + 3e-3];
             setup.start_m[axis] = 0.25 * (low + high);

@@ -174,9 +174,9 @@ fn a_stop_from_another_thread_latches() {
         .expect("nothing fails");
         let truth = emulator.truth();
         let (seen, at) = truth.latched.expect("it was seen");
-        // The emergency deceleration is 1 m/s².
+        // The emergency deceleration is 0.5 m/s².
         let way = far(truth.position_m, at);
-        let braking = 0.015_f64.powi(2) / 2.0;
+        let braking = 0.015_f64.powi(2) / (2.0 * 0.5);
         println!(
             "seen {:.2} ms after it was handed over; {:.4} mm to rest",
             seen.seconds_after(sent) * 1e3,

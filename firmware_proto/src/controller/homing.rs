@@ -2,7 +2,7 @@
 //! zero where it trips, leave it again.
 //!
 //! ```text
-//! low switch |<── approach (fast) ───────── from anywhere, at most travel + back-off
+//! low switch |<── approach (fast) ───────── from anywhere, at most 1.5 × travel's high end + back-off
 //!            |   overrun v²/2a
 //!            |──── back off ────>|         the switch must be open here
 //!            |<─ touch (slow) ───|         zero: where it trips
@@ -11,6 +11,9 @@
 //!
 //! Why the last axis first: it is the one that leads into what is poked, and after an accident the tip may be in there: it has to come
 //! out before anything moves it sideways.
+//!
+//! Why 1.5 times: the low switch lies below travel and the high switch above it, how far nobody has configured; and
+//! a stage that has lost steps may stand on the high one.
 //!
 //! Why the touch ends without deceleration and the approach with: at the slow speed a motor stops within a
 //! step, at the fast one it would lose steps, which would not matter for zero but wears the switch.
@@ -98,7 +101,7 @@ impl Controller {
         let back_off = i64::from(config.back_off_um) * 1000;
         let [low, high] = limits.travel_nm();
         let (way_nm, speed) = match homing.phase {
-            Phase::Approach | Phase::Overrun => (low - high - back_off, config.fast_um_s),
+            Phase::Approach | Phase::Overrun => (-3 * high.max(high - low) / 2 - back_off, config.fast_um_s),
             Phase::BackOff | Phase::Leave => (back_off, config.fast_um_s),
             // Twice the way back: the overrun lies between.
             Phase::Touch => (-2 * back_off, config.slow_um_s),

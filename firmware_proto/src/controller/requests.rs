@@ -44,6 +44,11 @@ impl Controller {
             self.answer(kind, stamp, Err(refuse(Reason::MajorMismatch, MAJOR, major)));
             return;
         }
+        let ours = major == MAJOR && self.session.nonce != 0 && stamp.session == self.session.nonce;
+        if ours {
+            // Whatever it asks, and whether or not it is understood: the host is there.
+            self.lease_left_us = self.lease_us;
+        }
         let request = match request {
             Ok(request) => request,
             Err(Undecodable::UnknownKind { kind: asked }) => {
@@ -55,10 +60,6 @@ impl Controller {
                 return;
             }
         };
-        let ours = major == MAJOR && self.session.nonce != 0 && stamp.session == self.session.nonce;
-        if ours {
-            self.lease_left_us = self.lease_us;
-        }
         match request {
             Request::Hello { replaces, boot_count, schema_hash } => {
                 if major == MAJOR && !ours {

@@ -22,7 +22,7 @@ pub(crate) fn config() -> Config {
     };
     Config {
         axes: [axis; 2],
-        emergency_um_s2: 1_000_000,
+        emergency_um_s2: 200_000,
         homing: HomingConfig {
             fast_um_s: 5000,
             slow_um_s: 250,

@@ -366,6 +366,7 @@ mod tests {
         bench.greet();
         bench.faults.stuck[0][0] = Some(false);
         let state = bench.home();
+        // The last axis homes first, and has.
         assert_eq!((state.fault, state.homed), (Fault::Homing, AxisSet::of([false, true])));
         assert_eq!(bench.board.position_m()[0], -0.001);
     }

@@ -43,7 +43,7 @@ impl Default for NativeStageSetup {
         Self {
             firmware: Config {
                 axes: [axis; AXES],
-                emergency_um_s2: 1_000_000,
+                emergency_um_s2: 500_000,
                 homing: HomingConfig {
                     fast_um_s: 10_000,
                     slow_um_s: 1000,
