@@ -7,6 +7,9 @@
 use crate::frame::{Decoder, Dropped, Encoded, Stamp};
 use crate::message::{Identity, Reason, Request, Response, SCHEMA_HASH};
 
+/// From here on a gap in the counter of streamed frames is a step back.
+const BACKWARDS: u32 = 1 << 31;
+
 /// When a request is sent again, and how often before it is given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Patience {
@@ -81,6 +84,11 @@ pub enum Heard {
         tick_us: u32,
         /// Streamed frames lost since the one before.
         lost: u32,
+    },
+    /// A streamed frame that came after a later one, such as a second copy. It tells of what was before.
+    Late {
+        /// Kind byte.
+        kind: u8,
     },
     /// A whole frame that nothing waited for: an answer that came twice or too late, or of another session.
     Unasked {
@@ -186,11 +194,14 @@ impl Host {
         | Response::FaultEvent { counter, .. }
         | Response::EmergencyStop { counter, .. } = response
         {
-            let lost = self.counter.map_or(0, |last| counter.wrapping_sub(last).wrapping_sub(1));
-            self.counter = Some(counter);
             if self.is_open() && stamp.session != self.session {
                 return Some(self.lose(stamp.session));
             }
+            let lost = self.counter.map_or(0, |last| counter.wrapping_sub(last).wrapping_sub(1));
+            if lost >= BACKWARDS {
+                return Some(Heard::Late { kind });
+            }
+            self.counter = Some(counter);
             return Some(Heard::Streamed { response, tick_us: stamp.tick_us, lost });
         }
         let Some(waiting) = self.waiting.filter(|waiting| answers(waiting, stamp, &response)) else {

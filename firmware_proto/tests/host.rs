@@ -123,6 +123,29 @@ fn lost_telemetry_is_counted() {
     assert_eq!(lost, [0, 0, 0, 0, 3, 0, 0]);
 }
 
+/// A second copy of the newest frame, an old one, and the next: none is lost. Over a wrap of the counter.
+#[test]
+fn frames_that_come_twice_or_late_are_not_counted_as_lost() {
+    let mut stage = Stage::booted(0);
+    let mut host = opened(&mut stage);
+    let own = Stamp { sequence: 0, session: 0xCAFE, tick_us: 0 };
+    let state = stage.state();
+    let mut outcome = |counter: u32| match &hear(
+        &mut host,
+        Response::Telemetry { counter, state }.encode(own).as_bytes(),
+    )[..]
+    {
+        [Heard::Streamed { lost, .. }] => Some(*lost),
+        [Heard::Late { kind: 0xC0 }] => None,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(outcome(u32::MAX - 1), Some(0));
+    assert_eq!((outcome(u32::MAX), outcome(u32::MAX)), (Some(0), None));
+    assert_eq!((outcome(u32::MAX - 1), outcome(0)), (None, Some(0)));
+    assert_eq!((outcome(u32::MAX), outcome(4), outcome(2)), (None, Some(3), None));
+    assert_eq!(outcome(5), Some(0));
+}
+
 /// The same host after a reboot: its session is gone, whichever way it learns, and is never opened again.
 #[test]
 fn a_reboot_ends_the_session() {

@@ -22,8 +22,6 @@ const READ_WAIT: Duration = Duration::from_millis(4);
 const KEPT: usize = 256;
 /// Bytes of senseless talk that a message quotes.
 const QUOTED: usize = 32;
-/// From here on a gap in the counter of streamed frames is a step back: a frame that came twice, or late.
-const BACKWARDS: u32 = 1 << 31;
 
 /// What the line did to what was sent over it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -96,8 +94,8 @@ pub(super) struct Link {
     sent: HostTime,
     answer: Option<Answer>,
     streamed: VecDeque<Streamed>,
-    /// Counter of the newest streamed frame.
-    newest: Option<u32>,
+    /// Time of the newest streamed state (µs), and the state.
+    newest: Option<(u32, State)>,
     latch: Arc<Latch>,
     /// Stops whose pattern was sent again from here, and those that the controller has acknowledged.
     repeated: u32,
@@ -349,7 +347,11 @@ impl Link {
             Heard::Answer { response, tick_us, .. } => {
                 self.answer = Some(Answer { response, sent: self.sent, tick_us, arrived });
             }
-            Heard::Streamed { response, tick_us, .. } => self.keep(response, tick_us, arrived),
+            Heard::Streamed { response, tick_us, lost } => {
+                self.losses.streamed_lost += u64::from(lost);
+                self.keep(response, tick_us, arrived);
+            }
+            Heard::Late { .. } => self.losses.streamed_late += 1,
             Heard::Unasked { .. } => self.losses.unasked += 1,
             Heard::SessionLost { .. } => return Err(Trouble::SessionLost),
         }
@@ -357,23 +359,18 @@ impl Link {
     }
 
     fn keep(&mut self, response: Response, tick_us: u32, arrived: HostTime) {
-        let (Response::Telemetry { counter, state }
-        | Response::FaultEvent { counter, state }
-        | Response::EmergencyStop { counter, state }) = response
+        let (Response::Telemetry { state, .. }
+        | Response::FaultEvent { state, .. }
+        | Response::EmergencyStop { state, .. }) = response
         else {
             return;
         };
-        // Not the host's own count: an old frame sets that back, and the next old one would pass for new.
-        match self.newest.map_or(0, |newest| counter.wrapping_sub(newest).wrapping_sub(1)) {
-            BACKWARDS.. => {
-                self.losses.streamed_late += 1;
-                return;
-            }
-            lost => self.losses.streamed_lost += u64::from(lost),
-        }
-        self.newest = Some(counter);
         if let Response::EmergencyStop { .. } = response {
             self.acknowledged = self.repeated;
+        }
+        // An emergency stop and its fault tell the same moment twice: who compares positions would see the stage stand.
+        if self.newest.replace((tick_us, state)) == Some((tick_us, state)) {
+            return;
         }
         if self.streamed.len() == KEPT {
             self.streamed.pop_front();

@@ -120,9 +120,10 @@ impl NativeStage {
         Ok(state)
     }
 
-    /// What became of a request that decides whether something moves. Nobody knows if there was no answer: then it shall not move.
+    /// What became of a request that decides whether something moves. Nobody knows if there was no answer, for whatever reason: then it
+    /// shall not move.
     fn accepted(&mut self, answer: Result<Answer, Trouble>, task: Task) -> Result<(), DeviceError> {
-        if let Err(Trouble::Silent(_)) = answer {
+        if answer.is_err() {
             self.link.call_off();
         }
         let answer = answer.map_err(|trouble| self.explain(trouble, task))?;

@@ -65,17 +65,19 @@ pub(super) fn request(
     }
     let way: [f64; AXES] = std::array::from_fn(|axis| motion.target_m[axis] - from_m[axis]);
     let length = way[0].hypot(way[1]);
+    // Rounded down: up may be past the limit, where the controller refuses.
+    let whole = |asked: f64| (asked * UM_IN_M * (1.0 + ROUNDING)).floor();
     let along = |what, unit, asked: f64, most: [f64; AXES]| {
         for axis in 0..AXES {
             // Without a way, no axis has a part in it; the speed has to be one all the same.
             let part = if length > 0.0 { asked * (way[axis].abs() / length) } else { 0.0 };
-            let sound = asked.is_finite() && asked * UM_IN_M >= 0.5;
+            let sound = asked.is_finite() && whole(asked) >= 1.0;
             if !(sound && part <= most[axis] * (1.0 + ROUNDING)) {
                 let asked = if part > 0.0 { part } else { asked };
                 return Err(DeviceError::TooFast { what, axis, asked, most: most[axis], unit });
             }
         }
-        Ok((asked * UM_IN_M).round() as u32)
+        Ok(whole(asked) as u32)
     };
     Ok(Request::Move {
         motion: number,
@@ -138,6 +140,21 @@ mod tests {
         assert!(ask(motion([0.02, 0.02], diagonal, 0.2)).is_ok());
         let error = ask(motion([0.02, 0.02], diagonal * 1.001, 0.2)).expect_err("too fast");
         assert!(matches!(error, DeviceError::TooFast { what: "speed", axis: 0, most: 0.02, .. }), "{error}");
+    }
+
+    /// Along (1, 2) an axis has 2/√5 of the acceleration: at its limit that is 223 606.8 µm/s², of which 223 607 would be too many.
+    #[test]
+    fn a_motion_at_the_limit_of_an_axis_is_not_rounded_past_it() {
+        let at_limit = 0.2 * 5.0_f64.sqrt() / 2.0;
+        let Ok(Request::Move { acceleration_um_s2, speed_um_s, .. }) =
+            ask(motion([0.02, 0.03], at_limit / 10.0, at_limit))
+        else {
+            panic!("within the limits")
+        };
+        assert_eq!((speed_um_s, acceleration_um_s2), (22_360, 223_606));
+        // What is a whole number but for rounding stays one.
+        let asked = ask(motion([0.02, 0.01], 0.0023 - 1e-18, 0.1));
+        assert!(matches!(asked, Ok(Request::Move { speed_um_s: 2300, .. })), "{asked:?}");
     }
 
     #[test]

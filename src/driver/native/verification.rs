@@ -12,6 +12,7 @@ use firmware_proto::{
     Identity, Name, Outcome, Patience, Reason, Refusal, Request, ResetCause, Response, State, Switches,
 };
 use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -28,6 +29,8 @@ struct Desk {
     back: Way<Response>,
     /// Emergency patterns that are still to be lost.
     lose_patterns: u32,
+    /// The next read fails.
+    broken: Arc<AtomicBool>,
     /// Bytes on their way back.
     waiting: Vec<u8>,
 }
@@ -89,6 +92,9 @@ impl Port {
 
 impl BytePort for Port {
     fn read(&mut self, buffer: &mut [u8], wait: Duration) -> io::Result<usize> {
+        if self.desk(|desk| desk.broken.swap(false, Ordering::AcqRel)) {
+            return Err(io::ErrorKind::BrokenPipe.into());
+        }
         let until = HostTime::now() + wait;
         loop {
             let count = self.desk(|desk| {
@@ -127,7 +133,7 @@ fn port() -> Port {
     };
     let config = Config {
         axes: [axis; 2],
-        emergency_um_s2: 2_000_000,
+        emergency_um_s2: 1_000_000,
         homing: HomingConfig {
             fast_um_s: 10_000,
             slow_um_s: 5000,
@@ -149,6 +155,7 @@ fn port() -> Port {
         there: Box::new(|request| vec![request]),
         back: Box::new(|answer| vec![answer]),
         lose_patterns: 0,
+        broken: Arc::default(),
         waiting: Vec::new(),
     })))
 }
@@ -244,6 +251,42 @@ fn a_motion_without_an_answer_is_called_off() {
     let state = state(&port);
     assert_eq!((state.activity, state.outcome), (Activity::Idle, Outcome::Stopped));
     assert!(state.position_nm[0] < 50_000_000, "{}", state.position_nm[0]);
+}
+
+/// Nobody knows whether a motion runs that was sent over a port that failed before the answer came.
+#[test]
+fn a_motion_is_called_off_when_the_port_fails() {
+    let port = port();
+    let mut stage = homed(&port);
+    port.desk(|desk| {
+        let broken = desk.broken.clone();
+        desk.there = Box::new(move |request| {
+            broken.fetch_or(matches!(request, Request::Move { .. }), Ordering::AcqRel);
+            vec![request]
+        });
+    });
+    let error = stage.move_to(far()).expect_err("the port failed");
+    assert!(matches!(error, DeviceError::Lost { .. }), "{error}");
+    let state = state(&port);
+    assert!(matches!(state.activity, Activity::Stopping | Activity::Idle), "{state:?}");
+    wait(&mut stage, |report| report.state == StageState::Idle);
+}
+
+/// The acknowledgement of an emergency stop and the news of its fault come back to back. The stage is braking all the while.
+#[test]
+fn a_stop_tells_no_moment_twice() {
+    let port = port();
+    let mut stage = homed(&port);
+    let stopper = stage.stopper().expect("the port opens twice");
+    stage.move_to(far()).expect("it may move");
+    wait(&mut stage, |report| report.position_m[0] > 0.003);
+    stopper.stop_now().expect("the desk takes it");
+    let mut last = wait(&mut stage, |_| true);
+    while !matches!(last.state, StageState::Fault { .. }) || state(&port).activity != Activity::Idle {
+        let next = wait(&mut stage, |_| true);
+        assert_ne!(next.tick_us, last.tick_us, "{next:?}");
+        last = next;
+    }
 }
 
 #[test]
