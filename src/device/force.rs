@@ -111,6 +111,12 @@ pub trait ForceSensor: Send {
     /// [`DeviceError::Lost`]. Nothing acknowledges the request.
     fn bias(&mut self) -> Result<(), DeviceError>;
 
+    /// Lets go of a threshold that the sensor has latched. Only when a person has agreed: something pressed harder than it should.
+    ///
+    /// # Errors
+    /// [`DeviceError::Lost`]. Nothing acknowledges the request; the status word of the next records shows whether it was heard.
+    fn clear_latch(&mut self) -> Result<(), DeviceError>;
+
     /// Appends records that have arrived to `records`, after waiting until `until` at most for the first of them. Allocates nothing while
     /// `records` has room for 64 more.
     ///

@@ -244,7 +244,7 @@ fn a_latched_threshold_stops_until_it_is_let_go() {
         let status = records[records.len() - 1].status;
         assert_eq!(status, 0x8001_0000);
         assert_ne!(status & sensor.format().stop_mask, 0);
-        sensor.reset_latch().expect("a request");
+        sensor.clear_latch().expect("a request");
         receive_until(&mut sensor, |_, r| r.last().is_some_and(|r| r.status == 0));
     });
 }
@@ -284,6 +284,21 @@ fn a_second_client_takes_the_stream_and_asking_again_takes_it_back() {
         emulator.faults().take_over();
         assert!(falls_silent(&mut first));
         assert!(matches!(first.why_silent(), NetFtSilence::StreamElsewhere { .. }));
+    });
+}
+
+#[test]
+fn stopping_leaves_a_stream_alone_that_somebody_else_has_taken() {
+    steady(|| {
+        let emulator = emulate(calm());
+        let mut first = started(&emulator);
+        receive(&mut first, 10);
+        let mut second = started(&emulator);
+        first.stop().expect("nothing comes here any more");
+        // More than can have waited for somebody to fetch it.
+        receive(&mut second, 2000);
+        second.stop().expect("its own stream");
+        assert!(falls_silent(&mut second));
     });
 }
 

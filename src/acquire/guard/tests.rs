@@ -42,6 +42,9 @@ impl ForceSensor for Scripted {
     fn bias(&mut self) -> Result<(), DeviceError> {
         Ok(())
     }
+    fn clear_latch(&mut self) -> Result<(), DeviceError> {
+        Ok(())
+    }
     fn receive(&mut self, until: HostTime, records: &mut Vec<ForceRecord>) -> Result<(), DeviceError> {
         match (self.batches.next(), self.then) {
             (Some(mut batch), _) => {

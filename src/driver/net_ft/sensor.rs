@@ -104,14 +104,6 @@ impl NetFt {
         NetFtInterference { foreign: self.socket.foreign() - self.interference.foreign, ..self.interference }
     }
 
-    /// Lets go of a threshold that the sensor has latched, once a person has agreed.
-    ///
-    /// # Errors
-    /// [`DeviceError::Lost`]. Nothing acknowledges the request; the status word of the next records shows whether it was heard.
-    pub fn reset_latch(&mut self) -> Result<(), DeviceError> {
-        self.send(Command::ResetLatch)
-    }
-
     /// Finds out why no records come. Takes up to two seconds: to be asked when everything stands.
     pub fn why_silent(&self) -> NetFtSilence {
         match http::fetch_page(*self.socket.sensor().ip(), self.http_port) {
@@ -132,13 +124,22 @@ impl NetFt {
         self.socket.send(command).map_err(|source| lost(&self.identity, source))
     }
 
-    /// Throws away what arrives until `until`, and says whether anything did.
-    fn discard(&mut self, until: HostTime) -> Result<bool, DeviceError> {
-        let mut any = false;
-        while self.socket.next(until).map_err(|source| lost(&self.identity, source))?.is_some() {
-            self.interference.stale += 1;
-            any = true;
-        }
+    /// Throws away what arrives until `until`.
+    fn discard(&mut self, until: HostTime) -> Result<(), DeviceError> {
+        while self.next_is_stale(until)? {}
+        Ok(())
+    }
+
+    /// Throws away what has arrived, and says whether more comes.
+    fn still_comes(&mut self) -> Result<bool, DeviceError> {
+        self.discard(AT_ONCE)?;
+        self.next_is_stale(HostTime::now() + self.patience())
+    }
+
+    /// Throws away the next datagram, if one comes until `until`.
+    fn next_is_stale(&mut self, until: HostTime) -> Result<bool, DeviceError> {
+        let any = self.socket.next(until).map_err(|source| lost(&self.identity, source))?.is_some();
+        self.interference.stale += u64::from(any);
         Ok(any)
     }
 
@@ -217,14 +218,17 @@ impl ForceSensor for NetFt {
     }
 
     fn stop(&mut self) -> Result<(), DeviceError> {
-        for _ in 0..ATTEMPTS {
-            self.send(Command::Stop)?;
-            // What was on its way when the request arrived.
-            self.discard(HostTime::now() + self.patience())?;
-            if !self.discard(HostTime::now() + self.patience())? {
+        for attempt in 0..=ATTEMPTS {
+            // A stream that no longer comes here has ended, or is somebody else's.
+            if !self.still_comes()? {
                 self.streaming = false;
                 self.first.clear();
                 return Ok(());
+            }
+            if attempt < ATTEMPTS {
+                self.send(Command::Stop)?;
+                // What was on its way when the request arrived.
+                self.discard(HostTime::now() + self.patience())?;
             }
         }
         Err(DeviceError::Refused {
@@ -240,6 +244,10 @@ impl ForceSensor for NetFt {
 
     fn bias(&mut self) -> Result<(), DeviceError> {
         self.send(Command::Bias)
+    }
+
+    fn clear_latch(&mut self) -> Result<(), DeviceError> {
+        self.send(Command::ResetLatch)
     }
 
     fn receive(&mut self, until: HostTime, records: &mut Vec<ForceRecord>) -> Result<(), DeviceError> {

@@ -152,7 +152,7 @@ impl Stopper for NothingMoves {
     }
 }
 
-/// A force sensor that delivers what was recorded, batch by batch. It cannot be biased.
+/// A force sensor that delivers what was recorded, batch by batch. It can neither be biased nor let a threshold go.
 pub struct ReplayForce {
     source: Source,
     identity: ForceIdentity,
@@ -193,6 +193,10 @@ impl ForceSensor for ReplayForce {
     }
 
     fn bias(&mut self) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    fn clear_latch(&mut self) -> Result<(), DeviceError> {
         Ok(())
     }
 
