@@ -34,7 +34,7 @@
 //! };
 //! let config = Config {
 //!     axes: [axis; 2],
-//!     emergency_um_s2: 1_000_000,
+//!     emergency_um_s2: 200_000,
 //!     homing: HomingConfig {
 //!         fast_um_s: 5000, slow_um_s: 250, acceleration_um_s2: 100_000, back_off_um: 1000,
 //!     },
