@@ -209,7 +209,13 @@ impl Host {
         };
         self.waiting = None;
         match response {
-            Response::Identity { identity } => self.identity = Some(identity),
+            Response::Identity { identity } => {
+                // A device that has booted counts anew.
+                if self.identity.is_none_or(|known| known.boot_count != identity.boot_count) {
+                    self.counter = None;
+                }
+                self.identity = Some(identity);
+            }
             Response::Pong { session, .. } if self.is_open() && session != self.session => {
                 return Some(self.lose(session));
             }

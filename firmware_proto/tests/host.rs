@@ -146,6 +146,24 @@ fn frames_that_come_twice_or_late_are_not_counted_as_lost() {
     assert_eq!(outcome(5), Some(0));
 }
 
+/// A device that boots while it is greeted counts from the beginning: that is no step back.
+#[test]
+fn a_device_that_has_booted_counts_anew() {
+    let mut stage = Stage::booted(0);
+    let mut host = Host::new(0xCAFE, Patience::default());
+    let telemetry = |counter| {
+        let own = Stamp { sequence: 0, session: 0xCAFE, tick_us: 0 };
+        Response::Telemetry { counter, state: Stage::booted(0).state() }.encode(own)
+    };
+    assert!(matches!(hear(&mut host, telemetry(500).as_bytes())[..], [Heard::Streamed { lost: 0, .. }]));
+    for _ in 0..2 {
+        let hello = host.hello(0);
+        talk(&mut host, &mut stage, &hello);
+    }
+    assert!(host.is_open());
+    assert!(matches!(hear(&mut host, telemetry(1).as_bytes())[..], [Heard::Streamed { lost: 0, .. }]));
+}
+
 /// The same host after a reboot: its session is gone, whichever way it learns, and is never opened again.
 #[test]
 fn a_reboot_ends_the_session() {

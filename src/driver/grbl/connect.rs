@@ -315,18 +315,24 @@ mod tests {
         replies: VecDeque<(&'static str, &'static str)>,
         /// What it says without end when it has said all that.
         chatter: &'static str,
+        /// Told a jog, it fails once.
+        fails: bool,
         told: Arc<Mutex<Vec<u8>>>,
     }
 
     impl Script {
         fn new(first: &str, replies: &[(&'static str, &'static str)]) -> Box<Self> {
             let (says, replies) = (first.bytes().collect(), replies.iter().copied().collect());
-            Box::new(Self { says, replies, chatter: "", told: Arc::default() })
+            Box::new(Self { says, replies, chatter: "", fails: false, told: Arc::default() })
         }
     }
 
     impl BytePort for Script {
         fn read(&mut self, buffer: &mut [u8], wait: Duration) -> io::Result<usize> {
+            let jog = self.told.lock().expect("no panic").windows(2).any(|told| told == b"$J");
+            if jog && std::mem::take(&mut self.fails) {
+                return Err(io::ErrorKind::BrokenPipe.into());
+            }
             if self.says.is_empty() && self.replies.is_empty() {
                 self.says.extend(self.chatter.bytes());
             }
@@ -478,6 +484,26 @@ mod tests {
         let mut stage = connect_through(script, &options()).expect("a stage");
         stage.stop().expect("a stop");
         assert_eq!(told.lock().expect("no panic").last(), Some(&command::JOG_CANCEL));
+    }
+
+    /// Whether the jog that was sent over a port that failed runs, nobody knows.
+    #[test]
+    fn a_motion_over_a_port_that_failed_counts_as_one() {
+        let at = "<Idle|MPos:-1.000,0.000,-1.000|FS:0,0>\r\n";
+        let home = "<Home|MPos:0.000,0.000,0.000|FS:0,0>\r\nok\r\n";
+        let mut script = Script::new(
+            BANNER,
+            &[("$I\n", BUILD), ("$$\n", SETTINGS), ("?", IDLE), ("$H\n", ""), ("?", home), ("?", at)],
+        );
+        script.fails = true;
+        let mut stage = connect_through(script, &options()).expect("a stage");
+        stage.home().expect("homing starts");
+        while !stage.report(HostTime::now() + Duration::from_secs(5)).expect("reports").expect("one").homed {}
+        let motion = Motion { target_m: [-0.01; AXES], speed_m_s: 0.001, acceleration_m_s2: 0.001 };
+        let error = stage.move_to(motion).expect_err("the port failed");
+        assert!(matches!(error, DeviceError::Lost { .. }), "{error}");
+        let refused = stage.move_to(motion).expect_err("it may be moving");
+        assert!(refused.to_string().contains("it is moving"), "{refused}");
     }
 
     #[test]
