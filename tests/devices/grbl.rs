@@ -524,10 +524,28 @@ fn a_stage_that_is_not_seen_at_rest_is_reset() {
             assert!(stopped[0] > -0.04, "it went on to {} m", stopped[0]);
             thread::sleep(LOST);
             assert_eq!(rig.tip(), stopped, "{dialect:?} stands");
+            let error = rig.failure();
+            assert!(matches!(error, DeviceError::Silent { .. }), "{error}");
             rig.faults.silence(false);
             let rest = rig.until(|report| report.state != StageState::Moving);
             assert!(matches!(rest.state, StageState::Fault { .. }) && !rest.homed, "{rest:?}");
         }
+    });
+}
+
+/// It has said nothing for longer than silence is borne with: so it homes.
+#[test]
+fn a_stop_after_homing_for_long_is_no_silence() {
+    steady(|| {
+        let impatient = |port: &str| GrblOptions { silence: Duration::from_millis(500), ..options(port) };
+        let mut rig = Rig::with_options(slow_homing(Classic, 1000.0), impatient);
+        let stopper = rig.stage.stopper().expect("a stopper");
+        rig.stage.home().expect("homing starts");
+        let none = rig.stage.report(HostTime::now() + Duration::from_millis(1000)).expect("no failure");
+        assert!(none.is_none_or(|report| report.state == StageState::Homing), "{none:?}");
+        stopper.stop_now().expect("a byte sent");
+        let stopped = rig.until(|report| matches!(report.state, StageState::Fault { .. }));
+        assert_eq!((stopped.state, stopped.homed), (StageState::Fault { code: 7 }, false));
     });
 }
 

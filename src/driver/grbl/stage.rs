@@ -142,7 +142,15 @@ impl GrblStage {
     /// Takes note of a stopper that was used meanwhile.
     fn notice_stop(&mut self) {
         if self.stopped() && self.known.activity != Activity::Standing {
+            self.leave_homing();
             self.known.stopping(HostTime::now());
+        }
+    }
+
+    /// It is told to end homing: what was asked meanwhile was not to be answered, from now on there are reports.
+    fn leave_homing(&mut self) {
+        if matches!(self.known.activity, Activity::Homing { .. }) {
+            self.unanswered = None;
         }
     }
 
@@ -240,7 +248,8 @@ impl GrblStage {
     fn stop_harder(&mut self) -> Result<(), DeviceError> {
         let now = HostTime::now();
         let Activity::Stopping { until, asked, .. } = &mut self.known.activity else { return Ok(()) };
-        if now < *until {
+        // What was read and not yet taken may say that it stands.
+        if now < *until || !self.link.is_drained() {
             return Ok(());
         }
         if !*asked {
@@ -252,9 +261,8 @@ impl GrblStage {
     }
 
     fn reset_because(&mut self, meaning: &str) -> Result<(), DeviceError> {
+        self.leave_homing();
         self.known.reset(HostTime::now(), meaning);
-        // What was asked before is not going to be answered.
-        self.unanswered = None;
         self.link.send(&[command::RESET])
     }
 
@@ -467,7 +475,7 @@ impl Stage for GrblStage {
             // Nothing else ends homing. Unless it has not begun yet, an alarm follows.
             Activity::Homing { .. } => return self.reset_because("it was reset instead of homing"),
             Activity::Stopping { reset: true, .. } => return self.link.send(&[command::RESET]),
-            // A stage that stands ignores the byte; should it not, that it does is only what was believed.
+            // That it stands is only what was believed. One that does ignores the byte.
             Activity::Standing => {}
             Activity::Moving { .. } | Activity::Stopping { .. } => self.known.stopping(HostTime::now()),
         }
