@@ -2,7 +2,7 @@
 //!
 //! Boards that reset when the port is opened (DTR) introduce themselves with a banner, 0.8–3 s later. When none comes, the controller
 //! did not reset: it is asked who it is, and reset by us once it has answered as Grbl, so that each connection starts from the same
-//! state: nothing queued, nothing held. What it was held by is not forgotten with that: the stage begins latched. A Grbl that waits for
+//! state: nothing queued, nothing held. That it was held is not forgotten with that: the stage begins latched. A Grbl that waits for
 //! a reset after a limit alarm answers nothing at all; so silence is tried with one reset before it is taken for silence. What answers
 //! otherwise is named for what it says.
 //!
@@ -138,7 +138,7 @@ pub(super) fn connect_through(
     };
     let mut stage = GrblStage::new(link, dialect, identity, axes, machine, options);
     if let Some(why) = found.and_then(|word| left_stopped(word, dialect)) {
-        stage.latch(why);
+        stage.latch(why)?;
     }
     // An alarm that silences it has a position to be reported with.
     stage.position()?;
@@ -447,27 +447,23 @@ mod tests {
                     "[VER:1.1f.20260817:]\r\n[OPT:VNMSL,100,1024,3,0]\r\n[AXS:3:XYZ]\r\nok\r\n",
                 ),
             };
-            let script = Script::new(
-                "",
-                &[
-                    ("?", status),
-                    // Suspended, it reads no line.
-                    ("$I\n", ""),
-                    ("\x18", banner),
-                    ("$I\n", build),
-                    ("$$\n", SETTINGS),
-                    ("", IDLE),
-                    // Cleared.
-                    ("\x18", banner),
-                    ("", IDLE),
-                    ("", IDLE),
-                ],
-            );
+            // Suspended, it reads no line.
+            let mut replies =
+                vec![("?", status), ("$I\n", ""), ("\x18", banner), ("$I\n", build), ("$$\n", SETTINGS)];
+            if latched {
+                // The door byte.
+                replies.push(("", ""));
+            }
+            // Where it stands; cleared; and its reports from then on.
+            replies.extend([("", IDLE), ("\x18", banner), ("", IDLE), ("", IDLE)]);
+            let script = Script::new("", &replies);
+            let told = script.told.clone();
             let mut stage = connect_through(script, &options()).expect("a stage");
             let motion = Motion { target_m: [0.0; AXES], speed_m_s: 0.001, acceleration_m_s2: 0.001 };
             let refused = stage.move_to(motion);
             let stopped = matches!(refused, Err(DeviceError::Fault { code: 0, .. }));
             assert_eq!(stopped, latched, "{status}: {refused:?}");
+            assert_eq!(told.lock().expect("no panic").contains(&command::SAFETY_DOOR), latched);
             if latched {
                 stage.clear().expect("cleared");
                 let report = stage.report(HostTime::now() + Duration::from_secs(5)).expect("no failure");

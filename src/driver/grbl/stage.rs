@@ -49,7 +49,8 @@ pub struct GrblStage {
 }
 
 impl GrblStage {
-    /// Opens the port, finds out who answers, and reads its settings. Ends with the controller freshly reset and nothing moving.
+    /// Opens the port, finds out who answers, and reads its settings. Ends with the controller freshly reset and nothing moving; latched
+    /// where it was found stopped by somebody who has not cleared it.
     ///
     /// # Errors
     /// [`DriverError`]: the port cannot be opened, something else answers, or its settings do not serve.
@@ -99,9 +100,10 @@ impl GrblStage {
         self.link.nonsense()
     }
 
-    /// Latches it until it is cleared.
-    pub(super) fn latch(&mut self, why: &str) {
+    /// Latches it until it is cleared; in the controller as well, so that whoever connects next finds it so. One in alarm keeps that.
+    pub(super) fn latch(&mut self, why: &str) -> Result<(), DeviceError> {
         self.known.latch(NO_CODE, why);
+        if self.machine.parks { Ok(()) } else { self.link.send(&[command::SAFETY_DOOR]) }
     }
 
     fn stopped(&self) -> bool {
