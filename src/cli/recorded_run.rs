@@ -63,6 +63,9 @@ pub(super) fn record(
     let spinner = context.progress.spinner("opening the devices");
     let mut devices = planned.rig.open(world, how.at_rest_s)?;
     at_rest(devices.stage.as_mut(), how.clear)?;
+    if how.clear {
+        devices.force.clear_latch()?;
+    }
     fits(&planned.rig, devices.stage.limits(), devices.force.format())?;
     stops(&planned.rig, devices.stage.as_ref())?;
     room(parent, planned.plan([0.0, 0.0]).data_bytes())?;
