@@ -7,6 +7,7 @@ use super::recorded_run::{How, MESH, record, told};
 use super::run_watch::Watch;
 use super::{Context, Exit, Outcome, StagedFolder};
 use crate::dataset::{read_mesh, read_sessions, write_bundle};
+use crate::rig::SimulatedBench;
 use crate::session::Session;
 use crate::sim::World;
 use anyhow::{Context as _, bail};
@@ -57,14 +58,16 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
 
     tell(&format!("Seed {seed}. A bench is drawn, with an effect that it does not tell."));
     let planned = PlannedArguments::of_table(&protocol, &rig).read()?;
-    let world = planned.rig.world(&planned.pokes())?.context("the demonstration's rig is simulated")?;
+    let world =
+        planned.rig.simulated(&planned.pokes())?.context("the demonstration's rig is simulated")?.world;
     let world = World { name: draw_name(1), ..world.concealing(seed) };
 
     tell("A protocol is run on it: the drivers are those of a real bench.");
     let session = out.join("session");
     let how =
         How { watch: Watch::choose(context, false), yes: true, clear: false, bias: false, at_rest_s: 0.0 };
-    let recorded = record(&planned, Some(world.clone()), &session, false, how, context)?;
+    let recorded =
+        record(&planned, Some(SimulatedBench { world: world.clone() }), &session, false, how, context)?;
     if let Some(stopped) = &recorded.ran.stopped {
         bail!("{}: stopped: {}", session.display(), told(stopped, &recorded.ran));
     }

@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Res
     let mut findings = Vec::new();
     if let Some(file) = &arguments.rig {
         let rig = RigFile::read(file)?;
-        let mut devices = rig.open(rig.world(&[])?, 0.0)?;
+        let mut devices = rig.open(rig.simulated(&[])?, 0.0)?;
         findings.push(stage(devices.stage.as_mut()));
         findings.push(force(devices.force.as_mut()));
     } else {

@@ -1,7 +1,7 @@
 //! `poke`: more pokes for a session that was recorded, and all of it as one recording: what `diagnose --continue` has a rig do.
 
 use super::planned::PlannedArguments;
-use super::recorded_run::{How, MESH, later, passed_s, record, told};
+use super::recorded_run::{How, MESH, passed_s, record, told};
 use super::run_watch::Watch;
 use super::{Context, Exit, Outcome, StagedFolder};
 use crate::dataset::{FromSession, read_mesh, read_planned_pokes, read_sessions, write_bundle};
@@ -127,7 +127,7 @@ fn make(
     let table = into.join(format!("{number:02}.csv"));
     write_pokes(&table, pokes, so_far)?;
     let planned = PlannedArguments::of_table(&table, &arguments.rig).read()?;
-    let world = planned.rig.world(&planned.pokes())?.map(|world| later(world, number));
+    let bench = planned.rig.simulated(&planned.pokes())?.map(|bench| bench.later(number as u64));
     let how = How {
         watch: Watch::choose(context, true),
         yes: true,
@@ -136,7 +136,7 @@ fn make(
         at_rest_s: passed_s(first),
     };
     let folder = into.join(format!("{number:02}"));
-    let recorded = record(&planned, world, &folder, false, how, context)?;
+    let recorded = record(&planned, bench, &folder, false, how, context)?;
     if let Some(stopped) = &recorded.ran.stopped {
         bail!("{}: stopped: {}", folder.display(), told(stopped, &recorded.ran));
     }

@@ -9,13 +9,12 @@ use crate::clock::HostTime;
 use crate::dataset::{read_mesh, write_msh};
 use crate::device::{AXES, ForceFormat, Losses, MarkerSource, Stage, StageLimits, StageState};
 use crate::mesh::TetMesh;
-use crate::rig::{Devices, RigFile};
+use crate::rig::{Devices, RigFile, SimulatedBench};
 use crate::session::{
     Event, ForceDocument, HashedText, MarkersDocument, MountingDocument, Outcome as SessionOutcome,
     PhantomDocument, SessionWriter, StageDocument, StartDocument, StopDocument, TipDocument, boot,
     utc_seconds, utc_text,
 };
-use crate::sim::World;
 use anyhow::{Context as _, bail};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -50,10 +49,10 @@ const SPARE: f64 = 200e6;
 const ANSWER: Duration = Duration::from_secs(3);
 
 /// Opens the devices of a rig, carries the plan out, and records it into `folder`: a new session, or one that goes on. Behind simulated
-/// devices is `world`.
+/// devices is `bench`.
 pub(super) fn record(
     planned: &Planned,
-    world: Option<World>,
+    bench: Option<SimulatedBench>,
     folder: &Path,
     goes_on: bool,
     how: How,
@@ -61,7 +60,7 @@ pub(super) fn record(
 ) -> anyhow::Result<RecordedRun> {
     let parent = folder.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let spinner = context.progress.spinner("opening the devices");
-    let mut devices = planned.rig.open(world, how.at_rest_s)?;
+    let mut devices = planned.rig.open(bench, how.at_rest_s)?;
     at_rest(devices.stage.as_mut(), how.clear)?;
     if how.clear {
         devices.force.clear_latch()?;
@@ -122,11 +121,6 @@ pub(super) fn whereabouts(stopped: &Stopped) -> String {
         stopped.overshoot_m * 1e3,
         stopped.peak_n
     )
-}
-
-/// A simulated bench that runs for the `number`th time after the first: the same, but for its noise.
-pub(super) fn later(world: World, number: usize) -> World {
-    World { seed: world.seed.wrapping_add(number as u64), ..world }
 }
 
 /// Time since a session began (s).

@@ -1,7 +1,7 @@
 //! `run`: a protocol carried out on a rig, watched, and recorded as a session.
 
 use super::planned::PlannedArguments;
-use super::recorded_run::{How, RecordedRun, later, passed_s, record, told, whereabouts};
+use super::recorded_run::{How, RecordedRun, passed_s, record, told, whereabouts};
 use super::run_watch::Watch;
 use super::{Context, Exit, Outcome, UsageError};
 use crate::acquire::CheckedPlan;
@@ -84,9 +84,9 @@ pub(super) fn run(arguments: &RunArguments, context: &Context) -> anyhow::Result
         bias: arguments.bias,
         at_rest_s: before.as_ref().map_or(0.0, |session| passed_s(session.start())),
     };
-    let runs = before.as_ref().map_or(0, Session::segments) as usize;
-    let world = planned.rig.world(&planned.pokes())?.map(|world| later(world, runs));
-    let recorded = record(&planned, world, &folder, arguments.resume, how, context)?;
+    let runs = before.as_ref().map_or(0, Session::segments);
+    let bench = planned.rig.simulated(&planned.pokes())?.map(|bench| bench.later(runs.into()));
+    let recorded = record(&planned, bench, &folder, arguments.resume, how, context)?;
     Ok(said(&folder, &recorded))
 }
 

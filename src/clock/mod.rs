@@ -4,6 +4,10 @@ mod device_clock;
 mod host;
 mod interpolate;
 
+#[cfg(test)]
+#[path = "../../tests/devices/steady.rs"]
+pub(crate) mod steady;
+
 pub use device_clock::DeviceClock;
 pub use host::HostTime;
 pub use interpolate::Rows;

@@ -15,6 +15,21 @@ use std::net::Ipv4Addr;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
+/// What is behind simulated devices, with the pokes that will be made on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulatedBench {
+    /// All of it.
+    pub world: World,
+}
+
+impl SimulatedBench {
+    /// The same bench when it runs for the `number`th time after the first: all but its noise.
+    #[must_use]
+    pub fn later(self, number: u64) -> Self {
+        Self { world: World { seed: self.world.seed.wrapping_add(number), ..self.world } }
+    }
+}
+
 /// A rig's devices. What stands behind simulated ones lives as long as they do.
 pub struct Devices {
     /// The stage.
@@ -53,25 +68,27 @@ impl Devices {
 }
 
 impl RigFile {
-    /// The world behind simulated devices, in which `pokes` will be made; none where the file has no simulated bench.
+    /// What is behind simulated devices, for `pokes`; none where the file has no simulated bench.
     ///
     /// # Errors
     /// [`RigError`]: a poke that misses the phantom, an effect with parameters that make no sense.
-    pub fn world(&self, pokes: &[PlannedPoke]) -> Result<Option<World>, RigError> {
+    pub fn simulated(&self, pokes: &[PlannedPoke]) -> Result<Option<SimulatedBench>, RigError> {
         let (ratio, _, range) = self.phantom();
         let keys = &self.keys;
         let world = |simulation: &SimulationKeys| {
             simulation.world(&keys.name, ratio, range, keys.force.rate_hz, pokes)
         };
-        keys.simulation.as_ref().map(world).transpose()
+        let world = keys.simulation.as_ref().map(world).transpose()?;
+        Ok(world.map(|world| SimulatedBench { world }))
     }
 
-    /// Opens all devices. Behind simulated ones is `world`, after `at_rest_s` seconds in which nothing happened; to prepare it takes seconds.
+    /// Opens all devices. Behind simulated ones is `bench`, after `at_rest_s` seconds in which nothing happened; to prepare it takes seconds.
     ///
     /// # Errors
     /// [`RigError`]: a device that is not there, that answers otherwise, or whose settings do not serve; two devices on one port.
-    pub fn open(&self, world: Option<World>, at_rest_s: f64) -> Result<Devices, RigError> {
+    pub fn open(&self, bench: Option<SimulatedBench>, at_rest_s: f64) -> Result<Devices, RigError> {
         let keys = &self.keys;
+        let world = bench.map(|bench| bench.world);
         let prepare =
             |world: &World| LiveBench::new(world.clone(), self.mounting(), self.sensor(), at_rest_s);
         let bench = world.as_ref().map(prepare).transpose()?;

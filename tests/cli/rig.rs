@@ -101,6 +101,19 @@ fn a_run_that_is_stopped_goes_on_and_becomes_one_recording() {
     let (code, _, stderr) = run(&["run", protocol, "--rig", rig, "--yes", "--out", session, "--resume"]);
     assert!(code == 1 && stderr.contains("came to its end"), "{stderr}");
 
+    let tables = at("tables");
+    assert_eq!(run(&["session", "export", session, "--csv", utf8(&tables)]).0, 0);
+    let events = fs::read_to_string(tables.join("events.csv")).expect("a table");
+    let reached =
+        events.lines().find(|l| l.contains("force-reached")).expect("a force ended the third press");
+    let force_n: f64 = reached
+        .split(':')
+        .next_back()
+        .and_then(|value| value.trim_end_matches(['}', '"']).parse().ok())
+        .unwrap_or_else(|| panic!("no force in {reached}"));
+    // The mean over 10 ms, looked at every 5 ms, on the way in at some 0.2 N a millimetre.
+    assert!((0.3..0.4).contains(&force_n), "{reached}");
+
     let bundle = at("bundle");
     let (code, text, stderr) = run(&["session", "export", session, "--bundle", utf8(&bundle)]);
     assert!(code == 3 && text.contains("poke 2 was not finished; it is left out"), "{text}{stderr}");

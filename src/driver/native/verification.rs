@@ -4,6 +4,7 @@
 use super::connect::{NativeOptions, connect_through};
 use super::stage::NativeStage;
 use crate::clock::HostTime;
+use crate::clock::steady::steady;
 use crate::device::{DeviceError, Motion, Stage, StageReport, StageState};
 use crate::driver::DriverError;
 use crate::driver::port::BytePort;
@@ -220,141 +221,162 @@ fn claiming(change: fn(&mut Identity), limits: fn() -> Vec<Response>) -> Port {
 
 #[test]
 fn a_version_that_cannot_be_talked_to_is_named() {
-    let other = |identity: &mut Identity| identity.schema_hash = 5;
-    let major = || {
-        let refusal = Refusal { reason: Reason::MajorMismatch, axis: 255, limit: 2, asked: 1 };
-        vec![Response::Refused { request: Request::Describe { axis: 0 }.kind(), refusal }]
-    };
-    let error = connect(&claiming(other, major)).err().expect("another version");
-    assert!(matches!(error, DriverError::NativeMajor { major: 2, ours: 1, .. }), "{error}");
-    let error = connect(&claiming(other, Vec::new)).err().expect("another table");
-    assert!(matches!(error, DriverError::NativeSchema { firmware: 9, schema: 5, .. }), "{error}");
-    let weak = |identity: &mut Identity| identity.capabilities = 0b00111;
-    let error = connect(&claiming(weak, Vec::new)).err().expect("no emergency pattern");
-    assert!(matches!(error, DriverError::NativeCapability { missing: "EmergencyPattern", .. }), "{error}");
+    steady(|| {
+        let other = |identity: &mut Identity| identity.schema_hash = 5;
+        let major = || {
+            let refusal = Refusal { reason: Reason::MajorMismatch, axis: 255, limit: 2, asked: 1 };
+            vec![Response::Refused { request: Request::Describe { axis: 0 }.kind(), refusal }]
+        };
+        let error = connect(&claiming(other, major)).err().expect("another version");
+        assert!(matches!(error, DriverError::NativeMajor { major: 2, ours: 1, .. }), "{error}");
+        let error = connect(&claiming(other, Vec::new)).err().expect("another table");
+        assert!(matches!(error, DriverError::NativeSchema { firmware: 9, schema: 5, .. }), "{error}");
+        let weak = |identity: &mut Identity| identity.capabilities = 0b00111;
+        let error = connect(&claiming(weak, Vec::new)).err().expect("no emergency pattern");
+        assert!(
+            matches!(error, DriverError::NativeCapability { missing: "EmergencyPattern", .. }),
+            "{error}"
+        );
+    });
 }
 
 /// An accepted move of which the host never hears has to end, and not because a lease runs out.
 #[test]
 fn a_motion_without_an_answer_is_called_off() {
-    let port = port();
-    let mut stage = homed(&port);
-    port.desk(|desk| {
-        desk.back = Box::new(|answer| match answer {
-            Response::Accepted { motion: 2, request } if request != (Request::Stop {}).kind() => Vec::new(),
-            other => vec![other],
+    steady(|| {
+        let port = port();
+        let mut stage = homed(&port);
+        port.desk(|desk| {
+            desk.back = Box::new(|answer| match answer {
+                Response::Accepted { motion: 2, request } if request != (Request::Stop {}).kind() => {
+                    Vec::new()
+                }
+                other => vec![other],
+            });
         });
+        let error = stage.move_to(far()).expect_err("no answer");
+        assert!(matches!(error, DeviceError::Silent { .. }), "{error}");
+        wait(&mut stage, |report| report.state == StageState::Idle);
+        let state = state(&port);
+        assert_eq!((state.activity, state.outcome), (Activity::Idle, Outcome::Stopped));
+        assert!(state.position_nm[0] < 50_000_000, "{}", state.position_nm[0]);
     });
-    let error = stage.move_to(far()).expect_err("no answer");
-    assert!(matches!(error, DeviceError::Silent { .. }), "{error}");
-    wait(&mut stage, |report| report.state == StageState::Idle);
-    let state = state(&port);
-    assert_eq!((state.activity, state.outcome), (Activity::Idle, Outcome::Stopped));
-    assert!(state.position_nm[0] < 50_000_000, "{}", state.position_nm[0]);
 }
 
 /// Nobody knows whether a motion runs that was sent over a port that failed before the answer came.
 #[test]
 fn a_motion_is_called_off_when_the_port_fails() {
-    let port = port();
-    let mut stage = homed(&port);
-    port.desk(|desk| {
-        let broken = desk.broken.clone();
-        desk.there = Box::new(move |request| {
-            broken.fetch_or(matches!(request, Request::Move { .. }), Ordering::AcqRel);
-            vec![request]
+    steady(|| {
+        let port = port();
+        let mut stage = homed(&port);
+        port.desk(|desk| {
+            let broken = desk.broken.clone();
+            desk.there = Box::new(move |request| {
+                broken.fetch_or(matches!(request, Request::Move { .. }), Ordering::AcqRel);
+                vec![request]
+            });
         });
+        let error = stage.move_to(far()).expect_err("the port failed");
+        assert!(matches!(error, DeviceError::Lost { .. }), "{error}");
+        let state = state(&port);
+        assert!(matches!(state.activity, Activity::Stopping | Activity::Idle), "{state:?}");
+        wait(&mut stage, |report| report.state == StageState::Idle);
     });
-    let error = stage.move_to(far()).expect_err("the port failed");
-    assert!(matches!(error, DeviceError::Lost { .. }), "{error}");
-    let state = state(&port);
-    assert!(matches!(state.activity, Activity::Stopping | Activity::Idle), "{state:?}");
-    wait(&mut stage, |report| report.state == StageState::Idle);
 }
 
 /// The acknowledgement of an emergency stop and the news of its fault come back to back. The stage is braking all the while.
 #[test]
 fn a_stop_tells_no_moment_twice() {
-    let port = port();
-    let mut stage = homed(&port);
-    let stopper = stage.stopper().expect("the port opens twice");
-    stage.move_to(far()).expect("it may move");
-    wait(&mut stage, |report| report.position_m[0] > 0.003);
-    stopper.stop_now().expect("the desk takes it");
-    let mut last = wait(&mut stage, |_| true);
-    while !matches!(last.state, StageState::Fault { .. }) || state(&port).activity != Activity::Idle {
-        let next = wait(&mut stage, |_| true);
-        assert_ne!(next.tick_us, last.tick_us, "{next:?}");
-        last = next;
-    }
+    steady(|| {
+        let port = port();
+        let mut stage = homed(&port);
+        let stopper = stage.stopper().expect("the port opens twice");
+        stage.move_to(far()).expect("it may move");
+        wait(&mut stage, |report| report.position_m[0] > 0.003);
+        stopper.stop_now().expect("the desk takes it");
+        let mut last = wait(&mut stage, |_| true);
+        while !matches!(last.state, StageState::Fault { .. }) || state(&port).activity != Activity::Idle {
+            let next = wait(&mut stage, |_| true);
+            assert_ne!(next.tick_us, last.tick_us, "{next:?}");
+            last = next;
+        }
+    });
 }
 
 #[test]
 fn the_stop_is_said_again_until_it_is_heard() {
-    let port = port();
-    let mut stage = homed(&port);
-    let stopper = stage.stopper().expect("the port opens twice");
-    stage.move_to(far()).expect("it may move");
-    port.desk(|desk| desk.lose_patterns = 4);
-    stopper.stop_now().expect("the desk takes it");
-    let report = wait(&mut stage, |report| matches!(report.state, StageState::Fault { .. }));
-    assert_eq!(report.state, StageState::Fault { code: 4 });
-    wait(&mut stage, |_| state(&port).activity == Activity::Idle);
-    stage.clear().expect("at rest");
-    stage.move_to(far()).expect("cleared");
+    steady(|| {
+        let port = port();
+        let mut stage = homed(&port);
+        let stopper = stage.stopper().expect("the port opens twice");
+        stage.move_to(far()).expect("it may move");
+        port.desk(|desk| desk.lose_patterns = 4);
+        stopper.stop_now().expect("the desk takes it");
+        let report = wait(&mut stage, |report| matches!(report.state, StageState::Fault { .. }));
+        assert_eq!(report.state, StageState::Fault { code: 4 });
+        wait(&mut stage, |_| state(&port).activity == Activity::Idle);
+        stage.clear().expect("at rest");
+        stage.move_to(far()).expect("cleared");
+    });
 }
 
 /// What a person has not cleared stays latched in the host, whatever becomes of the pattern and of the controller.
 #[test]
 fn after_a_stop_that_nobody_heard_nothing_moves() {
-    let port = port();
-    let mut stage = homed(&port);
-    let stopper = stage.stopper().expect("the port opens twice");
-    port.desk(|desk| desk.lose_patterns = u32::MAX);
-    stopper.stop_now().expect("the desk takes it");
-    let error = stage.move_to(far()).expect_err("stopped");
-    assert!(matches!(error, DeviceError::Fault { code: 4, .. }), "{error}");
-    assert!(matches!(stage.clear(), Err(DeviceError::Silent { .. })), "a stop that is not acknowledged");
-    assert_eq!(state(&port).activity, Activity::Idle);
+    steady(|| {
+        let port = port();
+        let mut stage = homed(&port);
+        let stopper = stage.stopper().expect("the port opens twice");
+        port.desk(|desk| desk.lose_patterns = u32::MAX);
+        stopper.stop_now().expect("the desk takes it");
+        let error = stage.move_to(far()).expect_err("stopped");
+        assert!(matches!(error, DeviceError::Fault { code: 4, .. }), "{error}");
+        assert!(matches!(stage.clear(), Err(DeviceError::Silent { .. })), "a stop that is not acknowledged");
+        assert_eq!(state(&port).activity, Activity::Idle);
+    });
 }
 
 #[test]
 fn what_comes_twice_is_reported_once() {
-    let port = port();
-    let mut stage = homed(&port);
-    port.desk(|desk| desk.back = Box::new(|answer| vec![answer; 2]));
-    let mut last = None;
-    for _ in 0..10 {
-        let report = wait(&mut stage, |_| true);
-        assert!(last.is_none_or(|last| last != report.tick_us));
-        last = Some(report.tick_us);
-    }
-    stage.ping().expect("one of two answers will do");
-    let losses = stage.losses();
-    assert!(losses.streamed_late >= 9 && losses.unasked >= 1 && losses.streamed_lost == 0, "{losses:?}");
+    steady(|| {
+        let port = port();
+        let mut stage = homed(&port);
+        port.desk(|desk| desk.back = Box::new(|answer| vec![answer; 2]));
+        let mut last = None;
+        for _ in 0..10 {
+            let report = wait(&mut stage, |_| true);
+            assert!(last.is_none_or(|last| last != report.tick_us));
+            last = Some(report.tick_us);
+        }
+        stage.ping().expect("one of two answers will do");
+        let losses = stage.losses();
+        assert!(losses.streamed_late >= 9 && losses.unasked >= 1 && losses.streamed_lost == 0, "{losses:?}");
+    });
 }
 
 #[test]
 fn a_session_that_another_program_opens_is_lost_not_taken_back() {
-    let port = port();
-    let mut stage = homed(&port);
-    let mut other = Host::new(0xABCD, Patience::default());
-    for _ in 0..2 {
-        let hello = other.hello(0);
-        port.desk(|desk| {
-            let now_us = desk.pass();
-            desk.controller.receive(hello.as_bytes(), now_us);
-            let mut room = [0; 512];
-            let count = desk.controller.output(&mut room);
-            let heard = room[..count].iter().filter_map(|byte| other.hear(*byte));
-            assert!(heard.filter(|heard| matches!(heard, Heard::Answer { .. })).count() == 1);
-        });
-    }
-    assert!(other.is_open());
-    for _ in 0..2 {
-        let error = stage.move_to(far()).expect_err("not ours any more");
-        let said = format!("{error}: {:?}", std::error::Error::source(&error).map(ToString::to_string));
-        assert!(said.contains("another program"), "{said}");
-    }
-    stage.stop().expect("whoever is there may stop it");
+    steady(|| {
+        let port = port();
+        let mut stage = homed(&port);
+        let mut other = Host::new(0xABCD, Patience::default());
+        for _ in 0..2 {
+            let hello = other.hello(0);
+            port.desk(|desk| {
+                let now_us = desk.pass();
+                desk.controller.receive(hello.as_bytes(), now_us);
+                let mut room = [0; 512];
+                let count = desk.controller.output(&mut room);
+                let heard = room[..count].iter().filter_map(|byte| other.hear(*byte));
+                assert!(heard.filter(|heard| matches!(heard, Heard::Answer { .. })).count() == 1);
+            });
+        }
+        assert!(other.is_open());
+        for _ in 0..2 {
+            let error = stage.move_to(far()).expect_err("not ours any more");
+            let said = format!("{error}: {:?}", std::error::Error::source(&error).map(ToString::to_string));
+            assert!(said.contains("another program"), "{said}");
+        }
+        stage.stop().expect("whoever is there may stop it");
+    });
 }
