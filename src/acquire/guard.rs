@@ -148,8 +148,9 @@ pub(super) fn watch(
             }
             live.see(record.counts, latch.tripped().is_some());
         }
-        if latch.is_armed_again() && !judge.is_widened {
+        if latch.is_going_out() && !judge.is_widened {
             judge.widen(live.farthest_after_stop());
+            latch.note();
         }
         match records.last() {
             Some(record) => last = record.host,

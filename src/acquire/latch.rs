@@ -5,6 +5,10 @@ use crate::device::Stopper;
 use std::fmt;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Whoever watches the force takes note within this time, or does not watch any more.
+const NOTED_WITHIN: Duration = Duration::from_millis(250);
 
 /// Why a run was stopped before its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -141,6 +145,9 @@ pub struct Latch {
     tripped: OnceLock<Tripped>,
     /// A person asked for a stop, first or later.
     by_hand: AtomicBool,
+    /// The tip is to be taken out, and whoever watches the force has taken note.
+    going_out: AtomicBool,
+    noted: AtomicBool,
     /// The stage moves after the stop.
     armed: AtomicBool,
     again: AtomicBool,
@@ -155,8 +162,8 @@ impl fmt::Debug for Latch {
 impl Latch {
     /// Open, with a way to the stage.
     pub fn new(stopper: Box<dyn Stopper>) -> Self {
-        let [asked, by_hand, armed, again] = [(); 4].map(|()| AtomicBool::new(false));
-        Self { stopper, asked, tripped: OnceLock::new(), by_hand, armed, again }
+        let [asked, by_hand, going_out, noted, armed, again] = [(); 6].map(|()| AtomicBool::new(false));
+        Self { stopper, asked, tripped: OnceLock::new(), by_hand, going_out, noted, armed, again }
     }
 
     /// Stops the stage: the first time, and while the tip is being taken out. The first cause stays. Allocates nothing.
@@ -178,15 +185,26 @@ impl Latch {
         let _ = self.tripped.set(Tripped { cause, seen, sent });
     }
 
-    /// Arms it once more for taking the tip out; false where a person asked for a stop, who may have had a hand in between.
+    /// Arms it once more for taking the tip out; false where a person asked for a stop, who may have had a hand in between. What stopped the
+    /// run must not stop this: so whoever watches the force takes note first, unless nobody does any more.
     pub(super) fn arm_again(&self) -> bool {
+        self.going_out.store(true, Ordering::Release);
+        let until = HostTime::now() + NOTED_WITHIN;
+        while !self.noted.load(Ordering::Acquire) && HostTime::now() < until {
+            std::thread::sleep(Duration::from_millis(1));
+        }
         self.armed.store(true, Ordering::Release);
         !self.by_hand.load(Ordering::Acquire)
     }
 
-    /// Whether the tip is being taken out.
-    pub(super) fn is_armed_again(&self) -> bool {
-        self.armed.load(Ordering::Acquire)
+    /// Whether the tip is to be taken out.
+    pub(super) fn is_going_out(&self) -> bool {
+        self.going_out.load(Ordering::Acquire)
+    }
+
+    /// Says that the force is watched as it has to be on the way out.
+    pub(super) fn note(&self) {
+        self.noted.store(true, Ordering::Release);
     }
 
     /// Whether it was tripped since it was armed again.
