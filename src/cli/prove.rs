@@ -1,8 +1,8 @@
 //! `prove`: concealed draws → every verdict on disk, then the answers opened, then how well.
 
 use super::proof::{
-    ProofError, ProofFolder, close_verdicts, draw_name, make_verdicts, open_answer, open_key, read_sums,
-    read_verdict, replace,
+    Making, ProofError, ProofFolder, close_verdicts, draw_name, make_verdicts, open_answer, open_key,
+    read_sums, read_verdict, replace,
 };
 use super::{Context, Exit, Outcome, UsageError};
 use crate::report::scorecard::{
@@ -36,6 +36,9 @@ pub(super) struct ProveArguments {
     /// Recordings diagnosed at a time; by default one a core
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
+    /// By quick diagnoses (see `diagnose --quick`), which are less sure
+    #[arg(long)]
+    quick: bool,
     /// Strength from which on an effect counts as above the limit of detection
     #[arg(long, value_name = "STRENGTH", default_value_t = 0.0)]
     detection_limit: f64,
@@ -78,7 +81,8 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
     if !folder.closed().is_file() {
         folder.make()?;
         let bar = context.progress.bar("diagnosing", draws.len() as u64);
-        make_verdicts(&folder, &draws, jobs.min(draws.len()), arguments.pages, &bar)?;
+        let making = Making { jobs: jobs.min(draws.len()), pages: arguments.pages, quick: arguments.quick };
+        make_verdicts(&folder, &draws, making, &bar)?;
     }
     close_verdicts(&folder, &draws)?;
 
@@ -87,7 +91,7 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
     let (few, mut told) = (draws.len() <= FEW, Vec::new());
     for draw in &draws {
         let answer: Answer = open_answer(&folder, &seal, draw, &hashes)?;
-        let (said, seconds) = read_verdict(&folder, draw)?;
+        let (said, seconds) = read_verdict(&folder, draw, arguments.quick)?;
         let opened = Draw { name: draw.clone(), answer, said, seconds };
         judged.push(judge(&opened));
         if few {

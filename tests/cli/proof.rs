@@ -73,7 +73,7 @@ fn a_proof_holds_as_made_and_fails_when_tampered_with() {
 
     // Without the key the verdicts are made and closed, and the answers stay where they are.
     let nowhere = place.path().join("no-key");
-    let (code, _, stderr) = run(&["prove", utf8(&proof), "--key", utf8(&nowhere)]);
+    let (code, _, stderr) = run(&["prove", utf8(&proof), "--quick", "--key", utf8(&nowhere)]);
     assert!(code == 1 && stderr.contains("the answers stay sealed"), "{code}: {stderr}");
     assert!(proof.join("verdicts.csv").is_file() && !proof.join("scorecard.json").exists());
     let verdicts: Vec<Vec<u8>> =
@@ -85,7 +85,9 @@ fn a_proof_holds_as_made_and_fails_when_tampered_with() {
         copy(&named(&proof), &named(&closed));
     }
 
-    let (code, stdout, stderr) = run(&["prove", utf8(&proof), "--json"]);
+    let (code, _, stderr) = run(&["prove", utf8(&proof)]);
+    assert!(code == 1 && stderr.contains("was made with --quick"), "{code}: {stderr}");
+    let (code, stdout, stderr) = run(&["prove", utf8(&proof), "--quick", "--json"]);
     assert!(matches!(code, 0 | 3), "{code}: {stderr}");
     let card: Value = serde_json::from_str(&stdout).expect("JSON");
     assert_eq!((&card["format"], &card["draws"]), (&Value::from("phantom-scorecard/1"), &Value::from(2)));
@@ -130,7 +132,7 @@ fn a_proof_holds_as_made_and_fails_when_tampered_with() {
             copy(&beside(&closed, what), &beside(&own, what));
         }
         tamper(&beside(&own, where_));
-        let (code, stdout, stderr) = run(&["prove", utf8(&own)]);
+        let (code, stdout, stderr) = run(&["prove", utf8(&own), "--quick"]);
         assert_eq!((code, stdout.as_str()), (1, ""), "{words}: {stderr}");
         assert!(stderr.contains(words), "{words:?} is not in {stderr}");
         assert!(!own.join("scorecard.json").exists(), "{words}");

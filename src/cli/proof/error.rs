@@ -26,6 +26,8 @@ pub(in crate::cli) enum ProofError {
     ChangedVerdict { draw: String },
     #[error("the verdict of {draw} is none: {why}")]
     NotAVerdict { draw: String, why: String },
+    #[error("the verdict of {draw} was made {how} --quick: one proof does not hold both kinds")]
+    OtherHaste { draw: String, how: &'static str },
     #[error("the verdicts are closed; the answers stay sealed, for there is no key at {}", place.display())]
     NoKey { place: PathBuf },
     #[error("{} holds no key", place.display())]

@@ -23,6 +23,9 @@ struct VerdictFile {
     draw: String,
     /// Time of the diagnosis (s).
     seconds: f64,
+    /// Whether it is one of the quick kind.
+    #[serde(default)]
+    quick: bool,
     /// What the process printed.
     diagnosis: Value,
 }
@@ -32,23 +35,35 @@ const FORMAT: &str = "phantom-verdict/1";
 /// Folder that a process writes besides what it prints.
 const DIAGNOSIS: &str = "diagnosis";
 
-/// Makes the verdicts of those draws that have none, `jobs` at a time; with their pages where `pages` are asked for.
+/// How verdicts are made.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::cli) struct Making {
+    /// Verdicts made at a time.
+    pub jobs: usize,
+    /// Their pages are kept.
+    pub pages: bool,
+    /// By `diagnose --quick`.
+    pub quick: bool,
+}
+
+/// Makes the verdicts of those draws that have none.
 ///
 /// # Errors
-/// The first that could not be made; those made before stay.
+/// The first that could not be made, or was made in the other way; those made before stay.
 pub(in crate::cli) fn make_verdicts(
     folder: &ProofFolder,
     draws: &[String],
-    jobs: usize,
-    pages: bool,
+    making: Making,
     bar: &Bar,
 ) -> anyhow::Result<()> {
     let next = AtomicUsize::new(0);
     let work = || -> anyhow::Result<()> {
         while let Some(draw) = draws.get(next.fetch_add(1, Ordering::Relaxed)) {
-            if !folder.verdict(draw).is_file()
-                && let Err(error) = make(folder, draw, jobs, pages)
-            {
+            let made = match folder.verdict(draw).is_file() {
+                true => read_verdict(folder, draw, making.quick).map(|_| ()).map_err(Into::into),
+                false => make(folder, draw, making),
+            };
+            if let Err(error) = made {
                 // The others finish what they are at, and start nothing.
                 next.store(draws.len(), Ordering::Relaxed);
                 return Err(error);
@@ -58,13 +73,14 @@ pub(in crate::cli) fn make_verdicts(
         Ok(())
     };
     std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(work)).collect();
+        let workers: Vec<_> = (0..making.jobs).map(|_| scope.spawn(work)).collect();
         // A worker that panicked has said why on standard error.
         workers.into_iter().try_for_each(|w| w.join().unwrap_or_else(|e| std::panic::resume_unwind(e)))
     })
 }
 
-fn make(folder: &ProofFolder, draw: &str, jobs: usize, pages: bool) -> anyhow::Result<()> {
+fn make(folder: &ProofFolder, draw: &str, making: Making) -> anyhow::Result<()> {
+    let Making { jobs, pages, quick } = making;
     let place = std::env::temp_dir().join(format!("phantom-rig-{}-{draw}", std::process::id()));
     let copy = StagedFolder::new(&place, false)?;
     let bundle = copy.path().join("recording");
@@ -77,6 +93,9 @@ fn make(folder: &ProofFolder, draw: &str, jobs: usize, pages: bool) -> anyhow::R
         true => command.args(["--out", DIAGNOSIS]),
         false => command.arg("--print-only"),
     };
+    if quick {
+        command.arg("--quick");
+    }
     if jobs > 1 {
         command.env("RAYON_NUM_THREADS", "1");
     }
@@ -95,7 +114,7 @@ fn make(folder: &ProofFolder, draw: &str, jobs: usize, pages: bool) -> anyhow::R
         let told = String::from_utf8_lossy(&output.stderr).trim().to_owned();
         json!({ "format": "phantom-error/1", "error": format!("{}: {told}", output.status) })
     });
-    let file = VerdictFile { format: FORMAT.to_owned(), draw: draw.to_owned(), seconds, diagnosis };
+    let file = VerdictFile { format: FORMAT.to_owned(), draw: draw.to_owned(), seconds, quick, diagnosis };
     let text = serde_json::to_string_pretty(&file)? + "\n";
     let page = copy.path().join(DIAGNOSIS).join("diagnosis.html");
     if pages && page.is_file() {
@@ -153,13 +172,23 @@ pub(in crate::cli) fn close_verdicts(folder: &ProofFolder, draws: &[String]) -> 
 /// What a verdict on disk says, and how long it took (s).
 ///
 /// # Errors
-/// [`ProofError::NotAVerdict`].
-pub(in crate::cli) fn read_verdict(folder: &ProofFolder, draw: &str) -> Result<(Said, f64), ProofError> {
+/// [`ProofError::NotAVerdict`], [`ProofError::OtherHaste`].
+pub(in crate::cli) fn read_verdict(
+    folder: &ProofFolder,
+    draw: &str,
+    quick: bool,
+) -> Result<(Said, f64), ProofError> {
     let refused = |why: String| ProofError::NotAVerdict { draw: draw.to_owned(), why };
     let file: VerdictFile =
         serde_json::from_slice(&read(&folder.verdict(draw))?).map_err(|e| refused(e.to_string()))?;
     if file.format != FORMAT || file.draw != draw {
         return Err(refused(format!("it is {} of {}", file.format, file.draw)));
+    }
+    if file.quick != quick {
+        return Err(ProofError::OtherHaste {
+            draw: draw.to_owned(),
+            how: if file.quick { "with" } else { "without" },
+        });
     }
     let said = match file.diagnosis["format"].as_str() {
         Some("phantom-diagnosis/1") => {
