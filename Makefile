@@ -39,10 +39,11 @@ prove:
 	fi; \
 	exit $$code
 
+# Tests of devices mostly wait: two more at a time than a small machine has cores.
 test: packages
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings
-	cargo test --release --workspace
+	RUST_TEST_THREADS=4 cargo test --release --workspace
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
 
 # Chromium opens the page in the tests of the report.

@@ -8,6 +8,8 @@ mod fixture;
 mod mesh_block;
 mod proof;
 mod rig;
+#[path = "../devices/steady.rs"]
+mod steady;
 mod usage;
 
 use std::path::Path;

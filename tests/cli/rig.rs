@@ -1,6 +1,7 @@
 //! A protocol on the simulated bench at the process boundary: planned, run, interrupted, gone on with, looked at, exported, replayed, and
 //! added to; and what is refused before anything moves.
 
+use super::steady::steady;
 use super::{phantom_rig, run, utf8};
 use phantom_rig::dataset::read_bundle;
 use std::fs;
@@ -68,6 +69,10 @@ fn interrupted(arguments: &[&str], at: &str) -> (i32, String) {
 
 #[test]
 fn a_run_that_is_stopped_goes_on_and_becomes_one_recording() {
+    steady(stopped_and_gone_on_with);
+}
+
+fn stopped_and_gone_on_with() {
     let place = tempfile::tempdir().expect("a folder");
     let at = |name: &str| place.path().join(name);
     let (rig, protocol, session) = (rig(place.path(), &[]), protocol(place.path()), at("session"));

@@ -1,5 +1,6 @@
 //! Drivers against emulated devices, at the level of bytes: what works, and every fault that is known from practice.
 
+mod fixture;
 mod grbl;
 mod native_stage;
 mod net_ft;

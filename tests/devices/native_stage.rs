@@ -103,9 +103,12 @@ fn it_homes_and_goes_where_it_is_told() {
         // The owner knew where it was, 1000 times a second and more while it moved.
         let seen = seen.lock().expect("no panics");
         let moving: Vec<_> = seen.iter().filter(|(at, _)| *at >= began).collect();
-        let seconds = moving[moving.len() - 1].0.since(moving[0].0).as_secs_f64();
-        println!("{:.0} positions a second", moving.len() as f64 / seconds);
-        assert!(moving.len() as f64 / seconds > 300.0, "{} in {seconds} s", moving.len());
+        // As a rule: a machine that stands still now and then tells fewer.
+        let mut gaps_s: Vec<f64> = moving.windows(2).map(|w| w[1].0.since(w[0].0).as_secs_f64()).collect();
+        gaps_s.sort_by(f64::total_cmp);
+        let gap_s = gaps_s[gaps_s.len() / 2];
+        println!("{:.0} positions a second", 1.0 / gap_s);
+        assert!(gap_s < 1.0 / 300.0, "one each {gap_s} s");
     });
 }
 
@@ -468,7 +471,7 @@ fn leases_over_a_bad_line() {
             "lease {lease_ms} ms: {expired} of 40 motions ended by the lease in {seconds:.0} s; {:?}",
             stage.losses()
         );
-        println!("emulator waited {:?} for the processor", emulator.truth().behind);
+        println!("emulator waited {:?} for the processor", emulator.truth().stood_still);
     }
 }
 
@@ -584,8 +587,9 @@ fn clocks_can_be_compared() {
             let later = emulator.truth();
             let (tick_us, host) = later.clocks.expect("it runs");
             let gone = |from: u32| f64::from(tick_us.wrapping_sub(from)) * 1e-6;
-            let still = later.behind.as_secs_f64() - before.behind.as_secs_f64();
-            assert!(gone(sample.tick_us) <= (host.seconds_after(sample.sent) - still.min(0.0)) * rate + 1e-5);
+            let still = (later.stood_still - before.stood_still).as_secs_f64();
+            let made_up = (later.made_up - before.made_up).as_secs_f64();
+            assert!(gone(sample.tick_us) <= (host.seconds_after(sample.sent) + made_up) * rate + 1e-5);
             assert!(gone(sample.left_us) >= (host.seconds_after(sample.received) - still) * rate - 1e-5);
             assert!(gone(sample.tick_us) >= gone(sample.left_us) && sample.received > sample.sent);
             wrapped |= sample.tick_us < first_tick_us;

@@ -2,81 +2,39 @@
 //!
 //! The phantom is a spring here: what a run does with forces does not depend on what makes them.
 
+use crate::fixture::{bench, mounting, sensor, start_document};
 use crate::steady::steady;
 use firmware_proto::ResetCause;
 use phantom_rig::acquire::{
-    Bench, Cause, Conduct, Doing, Instruments, Latch, Latency, LoadLimits, Operator, PhantomBox, Phase, Plan,
-    Protocol, Ran, Watched, conduct,
+    Cause, Conduct, Doing, Instruments, Latch, Operator, Phase, Plan, Protocol, Ran, Watched, conduct,
 };
 use phantom_rig::clock::{HostTime, Rows};
 use phantom_rig::dataset::read_sessions;
-use phantom_rig::device::{ForceSensor, Mounting, SensorMounting, Stage, StageLimits};
+use phantom_rig::device::{ForceSensor, Stage};
 use phantom_rig::driver::{NativeOptions, NativeStage, NetFt, NetFtSettings};
-use phantom_rig::geometry::{Mat3, Vec3};
 use phantom_rig::mesh::{Block, block as block_mesh};
-use phantom_rig::session::{
-    ForceDocument, HashedText, MountingDocument, Outcome, PhantomDocument, Session, SessionWriter,
-    StageDocument, StartDocument, TipDocument, Topic, boot, utc_text,
-};
+use phantom_rig::session::{Outcome, Session, SessionWriter, Topic};
 use phantom_rig::sim::bytes::{
     NativeStageEmulator, NativeStageFaultSwitch, NativeStageSetup, NativeStageTruth, NetFtEmulator,
     NetFtFaultSwitch, NetFtSetup,
 };
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 /// What the phantom pushes back with (N/m).
 const STIFFNESS: f64 = 250.0;
 /// Records a second: a machine that runs other tests besides keeps up with these.
 const RATE_HZ: f64 = 1000.0;
+/// How long a motion goes on without a word: longer than usual, for a machine that runs other tests besides.
+const LEASE: Duration = Duration::from_millis(600);
 /// Longest wait for anything on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 const PROTOCOL: &str = "format = \"phantom-protocol/1\"\nname = \"two pokes\"\n[defaults]\nspeed_mm_s = 4\npause_s = 1\nhold_s = 1.5\n\
     [[step]]\nkind = \"poke\"\nsite_mm = [50, 75, 25]\ndepth_mm = 3\n\
     [[step]]\nkind = \"poke\"\nsite_mm = [55, 75, 25]\ndepth_mm = 2\n";
-
-fn mounting() -> Mounting {
-    Mounting::new([0.045, 0.075, 0.035], [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]], 1e-4).expect("two axes")
-}
-
-fn sensor() -> SensorMounting {
-    SensorMounting { to_phantom: Mat3::identity(), tip_m: Vec3::new(0.0, 0.0, -0.04), reads_reaction: true }
-}
-
-fn bench(force_limit_n: f64) -> Bench {
-    Bench {
-        limits: StageLimits {
-            travel_m: [[5e-4, 0.03], [5e-4, 0.025]],
-            speed_m_s: [0.02; 2],
-            acceleration_m_s2: [0.5; 2],
-            step_m: [1e-6; 2],
-        },
-        mounting: mounting(),
-        tip_radius_m: 0.008,
-        phantom: PhantomBox { low_m: [0.0; 3], high_m: [0.1, 0.15, 0.025] },
-        surface_tolerance_m: 4e-4,
-        clearance_m: 4e-3,
-        run_up_m: 1e-3,
-        travel_speed_m_s: 0.02,
-        approach_speed_m_s: 0.008,
-        acceleration_m_s2: 0.2,
-        stop_deceleration_m_s2: 0.5,
-        latency: Latency { sensor_s: 0.005, host_s: 0.005, serial_s: 0.002 },
-        load: LoadLimits {
-            sensor: sensor(),
-            force_n: [force_limit_n; 3],
-            torque_nm: 0.3,
-            range: [30.0, 30.0, 60.0, 0.5, 0.5, 0.5],
-        },
-        stiffness_n_per_m: [100.0, 300.0],
-        least_rest_s: 0.5,
-        streams: Vec::new(),
-    }
-}
 
 /// What the tip at the stage's position feels, as the sensor reads it.
 fn felt(position: [f64; 2]) -> [f64; 6] {
@@ -122,7 +80,9 @@ fn rig() -> Rig {
     let setup =
         NetFtSetup { rate_hz: RATE_HZ, range: [30.0, 30.0, 60.0, 0.5, 0.5, 0.5], ..NetFtSetup::default() };
     let force_emulator = NetFtEmulator::start(setup, wrench).expect("loopback");
-    let stage = NativeStage::connect(&NativeOptions::new(stage_emulator.port())).expect("a stage");
+    let stage =
+        NativeStage::connect(&NativeOptions { lease: LEASE, ..NativeOptions::new(stage_emulator.port()) })
+            .expect("a stage");
     let settings = NetFtSettings {
         http_port: force_emulator.http_port(),
         rdt_port: force_emulator.rdt_port(),
@@ -154,48 +114,6 @@ struct After {
     _folder: tempfile::TempDir,
 }
 
-fn start_document(stage: &NativeStage, force: &NetFt) -> StartDocument {
-    StartDocument {
-        format: String::new(),
-        name: "two pokes".to_owned(),
-        segment: 0,
-        first_poke: 1,
-        started_utc: utc_text(SystemTime::now()),
-        started_host_ns: HostTime::now().nanos(),
-        boot: boot(),
-        variables: BTreeMap::new(),
-        program: "test".to_owned(),
-        seeds: BTreeMap::new(),
-        rig: HashedText::new("rig"),
-        protocol: HashedText::new(PROTOCOL),
-        stage: Some(StageDocument::new(stage.identity(), stage.limits())),
-        force: Some(ForceDocument::new(force.identity(), force.format())),
-        markers: None,
-        mounting: Some(MountingDocument {
-            origin_m: [0.045, 0.075, 0.035],
-            axes: [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
-            tolerance_m: 1e-4,
-            sensor_to_phantom: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            sensor_to_tip_m: [0.0, 0.0, -0.04],
-            reads_reaction: true,
-        }),
-        tip: TipDocument {
-            contact: "bonded".to_owned(),
-            shape: "pad".to_owned(),
-            radius_m: 0.008,
-            sphere_radius_m: None,
-        },
-        phantom: PhantomDocument {
-            description: "a spring".to_owned(),
-            mesh: None,
-            mesh_sha256: None,
-            poisson_ratio: 0.47,
-            density_kg_m3: 1050.0,
-            modulus_range_pa: [5e3, 2e4],
-        },
-    }
-}
-
 /// Runs the protocol; `fault` happens once, in the first hold or, where `pressing`, on the way in.
 fn run(limit_n: f64, pressing: bool, fault: impl FnOnce(Reach<'_>) + Send) -> After {
     let folder = tempfile::tempdir().expect("a folder");
@@ -217,7 +135,9 @@ fn run_into(
     let plan = |at: [f64; 2]| Plan::new(protocol.name(), &protocol.expand(), &bench, at).checked();
     let latch = Latch::new(rig.stage.stopper().expect("a second way"));
     let (watched, operator) = (Watched::default(), Operator::default());
-    let writer = SessionWriter::create(session, start_document(&rig.stage, &rig.force)).expect("a session");
+    let writer =
+        SessionWriter::create(session, start_document("two pokes", PROTOCOL, &rig.stage, &rig.force))
+            .expect("a session");
     let doing = Conduct {
         plan: &plan,
         bench: &bench,
@@ -262,8 +182,8 @@ fn run_into(
     };
     // A disk that failed says so here again.
     let _ = writer.finish(outcome, ran.losses, HostTime::now());
-    // A stage that hears nothing any more stops when its lease runs out, 0.1 s later.
-    std::thread::sleep(Duration::from_millis(300));
+    // A stage that hears nothing any more stops when its lease runs out.
+    std::thread::sleep(2 * LEASE);
     let truth = rig.stage_emulator.truth();
     std::thread::sleep(Duration::from_millis(300));
     (ran, truth, rig.stage_emulator.truth())

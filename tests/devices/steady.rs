@@ -2,13 +2,15 @@
 //!
 //! What these tests look at happens in milliseconds, at the other end of a port, in threads that need a processor when it does. A machine
 //! that stands still meanwhile (a virtual one whose host is busy, say) makes a sound driver time out, and the test says nothing. So a test
-//! that failed is made once more, but only where the machine was measured to have been held up while it ran.
+//! that failed is made once more, but only where the machine was measured to have been held up while it ran. One that was held up each time
+//! says that it was skipped: such a machine has no real time to test in.
 
+use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// A thread that is woken later than this was held up.
+/// A thread that is woken later than this was held up. One whose virtual processor alone stands still does not show here but in what was taken.
 const LATE: Duration = Duration::from_millis(20);
 /// So was a machine of whose processors' time its host took more than this share.
 const STOLEN: f64 = 0.03;
@@ -28,13 +30,17 @@ pub(crate) fn steady(test: impl Fn()) {
         });
         let Err(failure) = outcome else { return };
         let share = stolen().zip(before).map_or(0.0, |(a, b)| (a.0 - b.0) / (a.1 - b.1).max(1.0));
-        if attempt == ATTEMPTS || (latest <= LATE && share <= STOLEN) {
+        if latest <= LATE && share <= STOLEN {
             resume_unwind(failure);
         }
-        println!(
-            "held up for {latest:?}, {:.0} % of the time taken: attempt {attempt} says nothing",
-            100.0 * share
-        );
+        let held_up = format!("held up for {latest:?}, {:.0} % of the time taken", 100.0 * share);
+        println!("{held_up}: attempt {attempt} says nothing");
+        if attempt == ATTEMPTS {
+            // Not through the harness, which shows nothing of what passes.
+            let name = std::thread::current().name().unwrap_or_default().to_owned();
+            let _ = writeln!(std::io::stderr(), "\n{name}: skipped: no real time ({held_up})");
+            return;
+        }
     }
 }
 
@@ -57,7 +63,15 @@ fn stolen() -> Option<(f64, f64)> {
     Some((*ticks.get(7)?, ticks.iter().take(8).sum()))
 }
 
+/// Unless it was held up each of so many times, within an instant.
 #[test]
 fn a_test_that_fails_for_good_fails() {
-    assert!(catch_unwind(|| steady(|| panic!("on purpose"))).is_err());
+    let attempts = std::cell::Cell::new(0);
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        steady(|| {
+            attempts.set(attempts.get() + 1);
+            panic!("on purpose");
+        });
+    }));
+    assert!(outcome.is_err() || attempts.get() == ATTEMPTS);
 }

@@ -35,8 +35,10 @@ pub struct NativeStageTruth {
     pub latched: Option<(HostTime, [f64; AXES])>,
     /// Controller's clock (µs), and the host's at the same time.
     pub clocks: Option<(u32, HostTime)>,
-    /// By how much the stage's time is behind because the computer was busy.
-    pub behind: Duration,
+    /// How long the stage's time has stood still in all because the computer was busy, and how much of that it has made up for.
+    pub stood_still: Duration,
+    /// See [`stood_still`](Self::stood_still).
+    pub made_up: Duration,
 }
 
 /// A stage behind a pseudo-terminal, running until it is dropped.
@@ -127,9 +129,9 @@ impl Run {
             let count = self.wait(&mut sent);
             let now = HostTime::now();
             let passed = now.since(last).min(MOST);
-            truth.behind += now.since(last) - passed;
-            let made_up = truth.behind.min(passed.mul_f64(FASTER));
-            truth.behind -= made_up;
+            truth.stood_still += now.since(last) - passed;
+            let made_up = (truth.stood_still - truth.made_up).min(passed.mul_f64(FASTER));
+            truth.made_up += made_up;
             let elapsed = passed + made_up;
             last = now;
             owed_us += elapsed.as_secs_f64() * 1e6 * self.rate;
