@@ -354,8 +354,10 @@ fn start_document(planned: &Planned, devices: &Devices) -> StartDocument {
 
 /// What a stop is called.
 pub(super) fn told(stopped: &Stopped, ran: &Ran) -> String {
-    match &ran.failure {
-        Some(failure) => format!("{}: {failure}", stopped.tripped.cause),
-        None => stopped.tripped.cause.to_string(),
+    let cause = &stopped.tripped.cause;
+    match (&ran.failure, &ran.silence) {
+        (Some(failure), _) => format!("{cause}: {failure}"),
+        (None, Some(why)) => format!("{cause}: {why}"),
+        (None, None) => cause.to_string(),
     }
 }

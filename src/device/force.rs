@@ -127,6 +127,16 @@ pub trait ForceSensor: Send {
     /// What became of the stream's records so far.
     fn losses(&self) -> Losses;
 
+    /// What came in between besides, counted, by name; nothing where nobody counts.
+    fn line_counts(&self) -> Vec<(&'static str, u64)> {
+        Vec::new()
+    }
+
+    /// Finds out why no records come, for people; none where that cannot be asked. May take seconds: to be asked when everything stands.
+    fn why_silent(&self) -> Option<String> {
+        None
+    }
+
     /// What the bits of a status word say, for people.
     fn explain(&self, status: u32) -> Vec<&'static str>;
 }

@@ -142,6 +142,11 @@ pub trait Stage: Send {
     /// [`DeviceError`]: silent, lost, reset.
     fn compare_clocks(&mut self) -> Result<Option<ClockComparison>, DeviceError>;
 
+    /// What its line has suffered so far, counted, by name; nothing where nobody counts. For the record: what has to be acted on is an error.
+    fn line_counts(&self) -> Vec<(&'static str, u64)> {
+        Vec::new()
+    }
+
     /// A second way to the stage, for whoever has to stop it while it is being talked to.
     ///
     /// # Errors

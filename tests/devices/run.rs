@@ -346,6 +346,10 @@ fn every_fault_of_the_sensor_stops_the_stage_and_the_tip_is_taken_out() {
             assert!(expected(cause), "{name}: {cause:?}");
             assert!(after.ran.stopped.is_some_and(|s| s.stands && s.retracted), "{name}: {:?}", after.ran);
             assert!(after.height_m() > 3e-3, "{name}: {} m", after.height_m());
+            // The sensor's web page is there: only its stream is missing.
+            let why = after.ran.silence.as_deref().unwrap_or_default();
+            let silent = matches!(cause, Cause::SensorSilent { .. });
+            assert_eq!(why.contains("web page answers"), silent, "{name}: {why:?}");
         }
     });
 }
@@ -382,6 +386,10 @@ fn bad_lines_and_lost_datagrams_are_got_through_with_the_loss_put_down() {
         let info = after.session.info().expect("readable");
         assert_eq!((info.force.lost, info.force.duplicated), (losses.lost, losses.duplicated));
         assert_eq!(after.session.stop().expect("an end").sensor.lost, losses.lost);
+        let events: Vec<_> = after.session.events().map(|e| e.expect("readable")).collect();
+        let line = events.iter().find(|e| e.name == "line" && e.detail["device"] == "stage").expect("counts");
+        let count = |name: &str| line.detail["counts"][name].as_u64().expect("a count");
+        assert!(count("reports_lost") > 0 && count("requests_resent") > 0, "{line:?}");
     });
 }
 

@@ -16,6 +16,7 @@ use crate::device::{AXES, DeviceError, ForceSensor, Losses, MarkerSource, Motion
 use crate::geometry::Vec3;
 use crate::session::{Recorder, SessionWriter};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -64,7 +65,7 @@ pub struct Conduct<'a> {
 }
 
 /// How a run ended.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Ran {
     /// Why it was stopped; none when the plan was carried out to its end.
     pub stopped: Option<Stopped>,
@@ -78,6 +79,8 @@ pub struct Ran {
     pub steps: usize,
     /// What a device said when it failed.
     pub failure: Option<DeviceError>,
+    /// Why the force sensor fell silent, where it did and that could be found out.
+    pub silence: Option<String>,
 }
 
 /// What is known of a stop.
@@ -118,7 +121,14 @@ pub fn conduct(
             let (latch, watched, over) = (conduct.latch, conduct.watched, &over);
             scope.spawn(move || fetch(source, recorder, latch, watched, over));
         }
-        led(stage, force, conduct, writer, &mut recorder)
+        let ran = led(stage, force, conduct, writer, &mut recorder);
+        for (device, counts) in [("stage", stage.line_counts()), ("force", force.line_counts())] {
+            if !counts.is_empty() {
+                let counts: BTreeMap<_, _> = counts.into_iter().collect();
+                recorder.event(event("line", None, json!({"device": device, "counts": counts})));
+            }
+        }
+        ran
     })
 }
 
@@ -139,8 +149,7 @@ fn led(
     writer: &SessionWriter,
     recorder: &mut Recorder,
 ) -> Result<Ran, AcquireError> {
-    let mut ran =
-        Ran { stopped: None, losses: Losses::default(), zero: None, plan: None, steps: 0, failure: None };
+    let mut ran = Ran::default();
     if let Some(compared) = force.clock_at_start() {
         recorder.clock_probe(clock_probe("force", compared));
     }
@@ -280,6 +289,13 @@ fn guarded(
             }
         }
     });
+    let silent = |stopped: &Stopped| matches!(stopped.tripped.cause, Cause::SensorSilent { .. });
+    if ran.stopped.as_ref().is_some_and(silent) {
+        ran.silence = force.why_silent();
+        if let Some(why) = &ran.silence {
+            recorder.event(event("silence", None, json!({"why": why})));
+        }
+    }
     // A stop in the very last moment still is one.
     if ran.stopped.is_none() {
         ran.stopped = conduct.latch.tripped().map(|tripped| Stopped {

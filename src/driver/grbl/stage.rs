@@ -516,6 +516,10 @@ impl Stage for GrblStage {
         Ok(None)
     }
 
+    fn line_counts(&self) -> Vec<(&'static str, u64)> {
+        vec![("lines_without_sense", self.nonsense())]
+    }
+
     fn stopper(&self) -> Result<Box<dyn Stopper>, DeviceError> {
         let port = Mutex::new(self.link.second()?);
         Ok(Box::new(GrblStopper { port, latch: self.latch.clone(), byte: self.stop_byte() }))

@@ -250,6 +250,19 @@ impl Stage for NativeStage {
         Ok(Some(ClockComparison { sent, received, ticks, tick_hz: 1e6 }))
     }
 
+    fn line_counts(&self) -> Vec<(&'static str, u64)> {
+        let NativeLosses { resent, streamed_lost, streamed_late, unfetched, damaged, unasked } =
+            self.losses();
+        vec![
+            ("requests_resent", resent),
+            ("reports_lost", streamed_lost),
+            ("reports_late", streamed_late),
+            ("reports_unfetched", unfetched),
+            ("frames_damaged", damaged),
+            ("frames_unasked", unasked),
+        ]
+    }
+
     fn stopper(&self) -> Result<Box<dyn Stopper>, DeviceError> {
         match self.link.stopper() {
             Ok(stopper) => Ok(Box::new(stopper)),

@@ -284,6 +284,20 @@ impl ForceSensor for NetFt {
         self.tracker.losses()
     }
 
+    fn line_counts(&self) -> Vec<(&'static str, u64)> {
+        let NetFtInterference { foreign, stale, restarted, frozen } = self.interference();
+        vec![
+            ("datagrams_foreign", foreign),
+            ("datagrams_stale", stale),
+            ("streams_restarted", restarted),
+            ("records_frozen", frozen),
+        ]
+    }
+
+    fn why_silent(&self) -> Option<String> {
+        Some(self.why_silent().to_string())
+    }
+
     fn explain(&self, status: u32) -> Vec<&'static str> {
         self.configuration.product.explain(status)
     }
