@@ -100,14 +100,15 @@ fn main() {
                     std::thread::sleep(Duration::from_millis(1));
                 }
                 std::thread::sleep(wait);
-                pushes.store(true, Ordering::Relaxed);
+                felt_ns.store(0, Ordering::SeqCst);
+                pushes.store(true, Ordering::SeqCst);
             });
             let instruments = Instruments { stage: &mut stage, force: &mut force, markers: None };
             conduct(instruments, &doing, &writer).expect("a zero")
         });
         let tripped = ran.stopped.expect("a stop").tripped;
         assert!(matches!(tripped.cause, Cause::Limit { axis: 2, .. }), "{}", tripped.cause);
-        let felt = HostTime::from_nanos(felt_ns.swap(0, Ordering::Relaxed));
+        let felt = HostTime::from_nanos(felt_ns.load(Ordering::SeqCst));
         let sent = tripped.sent.expect("the port takes them");
         arrived.push(tripped.seen.since(felt));
         handled.push(sent.since(tripped.seen));

@@ -120,6 +120,14 @@ impl Rig {
         self.stage.move_to(motion(x_mm, z_mm))
     }
 
+    /// Says something that the controller does not hear.
+    fn unheard(&mut self, say: impl FnOnce(&mut GrblStage)) {
+        self.faults.deafen(true);
+        say(&mut self.stage);
+        thread::sleep(LOST);
+        self.faults.deafen(false);
+    }
+
     /// Well under way to (-50, -1) mm.
     fn under_way(&mut self) {
         self.go(-50.0, -1.0).expect("a motion");
@@ -495,10 +503,7 @@ fn a_stop_that_got_lost_can_be_repeated() {
         for dialect in [Classic, Hal] {
             let mut rig = Rig::homed(dialect);
             rig.under_way();
-            rig.faults.deafen(true);
-            rig.stage.stop().expect("a stop");
-            thread::sleep(LOST);
-            rig.faults.deafen(false);
+            rig.unheard(|stage| stage.stop().expect("a stop"));
             rig.stage.stop().expect("a stop");
             let rest = rig.until(|report| report.state != StageState::Moving);
             assert_eq!((rest.state, rest.homed), (StageState::Idle, true), "{dialect:?}");
@@ -514,10 +519,7 @@ fn a_stage_that_is_not_seen_at_rest_is_reset() {
         for dialect in [Classic, Hal] {
             let mut rig = Rig::homed(dialect);
             rig.under_way();
-            rig.faults.deafen(true);
-            rig.stage.stop().expect("a stop");
-            thread::sleep(LOST);
-            rig.faults.deafen(false);
+            rig.unheard(|stage| stage.stop().expect("a stop"));
             rig.faults.silence(true);
             let _ = rig.stage.report(HostTime::now() + Duration::from_millis(1500));
             let stopped = rig.tip();
@@ -556,10 +558,9 @@ fn homing_whose_stop_got_lost_is_reset() {
             let mut rig = Rig::with(slow_homing(dialect, 1000.0));
             let stopper = rig.stage.stopper().expect("a stopper");
             rig.stage.home().expect("homing starts");
-            rig.faults.deafen(true);
-            stopper.stop_now().expect("a byte sent");
-            thread::sleep(LOST);
-            rig.faults.deafen(false);
+            rig.unheard(|_| {
+                stopper.stop_now().expect("a byte sent");
+            });
             let stopped = rig.until(|report| matches!(report.state, StageState::Fault { .. }));
             assert_eq!((stopped.state, stopped.homed), (StageState::Fault { code: 6 }, false), "{dialect:?}");
         }
