@@ -182,7 +182,7 @@ fn bench(rig: &RigFile) -> anyhow::Result<Bench> {
     })
 }
 
-/// From a datagram's arrival to the stop on its way (s): more than 99 of 100 stops on the simulated bench take (`benches/abort.rs`).
+/// From a datagram's arrival to the stop on its way (s); 99 of 100 stops on the simulated bench take less (`benches/abort.rs`).
 const HOST_S: f64 = 0.005;
 
 /// What is recorded all the time, as it is stored.
