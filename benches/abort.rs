@@ -18,8 +18,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-#[path = "../tests/devices/fixture.rs"]
-mod fixture;
+#[path = "../tests/support/run_bench.rs"]
+mod run_bench;
 
 /// What pushes on the tip after the step, and where the run is stopped (N).
 const PUSH_N: f64 = 10.0;
@@ -65,7 +65,7 @@ fn main() {
         ..NetFtSettings::at("127.0.0.1")
     };
     let mut force = NetFt::open(&settings).expect("a sensor");
-    let bench = Bench { limits: *stage.limits(), ..fixture::bench(LIMIT_N) };
+    let bench = Bench { limits: *stage.limits(), ..run_bench::bench(LIMIT_N) };
     let protocol = Protocol::parse("waiting.toml", PROTOCOL, &[]).expect("sound");
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
     let over = Arc::new(AtomicBool::new(false));
@@ -76,7 +76,7 @@ fn main() {
         let place = tempfile::tempdir().expect("a folder");
         let writer = SessionWriter::create(
             &place.path().join("session"),
-            fixture::start_document("waiting", PROTOCOL, &stage, &force),
+            run_bench::start_document("waiting", PROTOCOL, &stage, &force),
         )
         .expect("a session");
         let latch = Latch::new(stage.stopper().expect("a second way"));

@@ -284,6 +284,29 @@ pub(super) mod tests {
         assert_eq!(latch.tripped().expect("tripped").cause, limit);
     }
 
+    /// What stopped the run trips it still until the watch knows of the way out, and must not stop that.
+    #[test]
+    fn what_stopped_the_run_does_not_stop_the_way_out() {
+        let latch = Latch::new(Box::new(Counted(Arc::default())));
+        latch.trip(Cause::SensorFrozen, HostTime::from_nanos(5));
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !latch.is_going_out() {
+                    latch.trip(Cause::SensorFrozen, HostTime::now());
+                }
+                for _ in 0..20 {
+                    latch.trip(Cause::SensorFrozen, HostTime::now());
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                latch.note();
+            });
+            assert!(latch.arm_again());
+        });
+        assert!(!latch.tripped_again());
+        latch.trip(Cause::Limit { axis: 2, value: 6.0, limit: 5.0 }, HostTime::now());
+        assert!(latch.tripped_again());
+    }
+
     #[test]
     fn a_thread_that_panics_stops_the_stage() {
         let count = Arc::new(AtomicU32::new(0));

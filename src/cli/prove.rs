@@ -98,7 +98,7 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
             told.push(draw_text(&opened));
         }
     }
-    let card = Scorecard::of(judged, limit);
+    let card = Scorecard { quick: arguments.quick, ..Scorecard::of(judged, limit) };
     let root = folder.root();
     let title = root.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let json = scorecard_json(&card)?;

@@ -5,7 +5,7 @@ mod host;
 mod interpolate;
 
 #[cfg(test)]
-#[path = "../../tests/devices/steady.rs"]
+#[path = "../../tests/support/steady.rs"]
 pub(crate) mod steady;
 
 pub use device_clock::DeviceClock;

@@ -8,7 +8,7 @@ mod fixture;
 mod mesh_block;
 mod proof;
 mod rig;
-#[path = "../devices/steady.rs"]
+#[path = "../support/steady.rs"]
 mod steady;
 mod usage;
 

@@ -91,6 +91,7 @@ fn a_proof_holds_as_made_and_fails_when_tampered_with() {
     assert!(matches!(code, 0 | 3), "{code}: {stderr}");
     let card: Value = serde_json::from_str(&stdout).expect("JSON");
     assert_eq!((&card["format"], &card["draws"]), (&Value::from("phantom-scorecard/1"), &Value::from(2)));
+    assert_eq!(card["quick"], true);
     assert!(card["mean_seconds"].as_f64().is_some_and(|s| s > 0.0));
     for draw in card["judged"].as_array().expect("draws") {
         assert_eq!(draw["error"], Value::Null, "{draw}");

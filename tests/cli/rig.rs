@@ -4,6 +4,7 @@
 use super::steady::steady;
 use super::{phantom_rig, run, utf8};
 use phantom_rig::dataset::read_bundle;
+use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -108,14 +109,14 @@ fn stopped_and_gone_on_with() {
 
     let tables = at("tables");
     assert_eq!(run(&["session", "export", session, "--csv", utf8(&tables)]).0, 0);
-    let events = fs::read_to_string(tables.join("events.csv")).expect("a table");
-    let reached =
-        events.lines().find(|l| l.contains("force-reached")).expect("a force ended the third press");
-    let force_n: f64 = reached
-        .split(':')
-        .next_back()
-        .and_then(|value| value.trim_end_matches(['}', '"']).parse().ok())
-        .unwrap_or_else(|| panic!("no force in {reached}"));
+    let mut events = csv::Reader::from_path(tables.join("events.csv")).expect("a table");
+    let columns = events.headers().expect("a header").clone();
+    let column = |name: &str| columns.iter().position(|c| c == name).expect("a column");
+    let (name, detail) = (column("event"), column("detail"));
+    let reached = events.records().map(|row| row.expect("a row")).find(|row| &row[name] == "force-reached");
+    let reached: Value =
+        serde_json::from_str(&reached.expect("a force ended the third press")[detail]).expect("JSON");
+    let force_n = reached["force_n"].as_f64().expect("a force");
     // The mean over 10 ms, looked at every 5 ms, on the way in at some 0.2 N a millimetre.
     assert!((0.3..0.4).contains(&force_n), "{reached}");
 

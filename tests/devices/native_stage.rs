@@ -103,12 +103,9 @@ fn it_homes_and_goes_where_it_is_told() {
         // The owner knew where it was, 1000 times a second and more while it moved.
         let seen = seen.lock().expect("no panics");
         let moving: Vec<_> = seen.iter().filter(|(at, _)| *at >= began).collect();
-        // As a rule: a machine that stands still now and then tells fewer.
-        let mut gaps_s: Vec<f64> = moving.windows(2).map(|w| w[1].0.since(w[0].0).as_secs_f64()).collect();
-        gaps_s.sort_by(f64::total_cmp);
-        let gap_s = gaps_s[gaps_s.len() / 2];
-        println!("{:.0} positions a second", 1.0 / gap_s);
-        assert!(gap_s < 1.0 / 300.0, "one each {gap_s} s");
+        let seconds = moving[moving.len() - 1].0.since(moving[0].0).as_secs_f64();
+        println!("{:.0} positions a second", moving.len() as f64 / seconds);
+        assert!(moving.len() as f64 / seconds > 300.0, "{} in {seconds} s", moving.len());
     });
 }
 
@@ -305,8 +302,8 @@ fn a_cable_that_comes_off_is_a_lost_port_and_the_motion_ends() {
 
 #[test]
 fn silence_either_way_is_told_within_the_patience() {
-    steady(|| {
-        for mute in [true, false] {
+    for mute in [true, false] {
+        steady(|| {
             let emulator = power(NativeStageSetup::default());
             let options = NativeOptions { patience: Duration::from_millis(250), ..options(&emulator) };
             let mut stage = homed(&options);
@@ -325,8 +322,8 @@ fn silence_either_way_is_told_within_the_patience() {
             assert!(wait(&mut stage, |_| true).expect("it speaks").homed);
             stage.move_to(go(2.0, 2.0)).expect("homed");
             rest(&mut stage);
-        }
-    });
+        });
+    }
 }
 
 #[test]

@@ -127,8 +127,8 @@ fn late_answers_to_repeated_requests_are_one_stream() {
 /// A stop from a client that has lost the stream would end somebody else's.
 #[test]
 fn only_a_stream_that_still_comes_is_ended_when_its_sensor_is_dropped() {
-    steady(|| {
-        for comes in [true, false] {
+    for comes in [true, false] {
+        steady(|| {
             let wire = Wire::new();
             if comes {
                 wire.send(&record(2, 101));
@@ -139,8 +139,8 @@ fn only_a_stream_that_still_comes_is_ended_when_its_sensor_is_dropped() {
             let mut request = [0; 16];
             let heard = stream.recv_from(&mut request).map(|(length, _)| request[..length].to_vec());
             assert_eq!(heard.ok(), comes.then(|| vec![0x12, 0x34, 0, 0, 0, 0, 0, 0]));
-        }
-    });
+        });
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! The phantom is a spring here: what a run does with forces does not depend on what makes them.
 
-use crate::fixture::{bench, mounting, sensor, start_document};
+use crate::run_bench::{bench, mounting, sensor, start_document};
 use crate::steady::steady;
 use firmware_proto::ResetCause;
 use phantom_rig::acquire::{
@@ -320,27 +320,27 @@ fn a_person_stops_it_and_the_tip_stays() {
 
 #[test]
 fn every_fault_of_the_sensor_stops_the_stage_and_the_tip_is_taken_out() {
-    steady(|| {
-        let faults: [Fault; 5] = [
-            ("silent", |r| r.force.change(|f| f.stalled = true), |c| matches!(c, Cause::SensorSilent { .. })),
-            ("frozen", |r| r.force.change(|f| f.frozen = true), |c| c == Cause::SensorFrozen),
-            (
-                "saturated",
-                |r| r.force.change(|f| f.saturated = true),
-                |c| matches!(c, Cause::SensorStatus { .. } | Cause::Limit { .. }),
-            ),
-            (
-                "broken",
-                |r| r.force.change(|f| f.status_bits = 1 << 30),
-                |c| matches!(c, Cause::SensorStatus { .. }),
-            ),
-            (
-                "taken over",
-                |r| r.force.take_over(),
-                |c| matches!(c, Cause::SensorSilent { .. } | Cause::SensorRestarted),
-            ),
-        ];
-        for (name, fault, expected) in faults {
+    let faults: [Fault; 5] = [
+        ("silent", |r| r.force.change(|f| f.stalled = true), |c| matches!(c, Cause::SensorSilent { .. })),
+        ("frozen", |r| r.force.change(|f| f.frozen = true), |c| c == Cause::SensorFrozen),
+        (
+            "saturated",
+            |r| r.force.change(|f| f.saturated = true),
+            |c| matches!(c, Cause::SensorStatus { .. } | Cause::Limit { .. }),
+        ),
+        (
+            "broken",
+            |r| r.force.change(|f| f.status_bits = 1 << 30),
+            |c| matches!(c, Cause::SensorStatus { .. }),
+        ),
+        (
+            "taken over",
+            |r| r.force.take_over(),
+            |c| matches!(c, Cause::SensorSilent { .. } | Cause::SensorRestarted),
+        ),
+    ];
+    for (name, fault, expected) in faults {
+        steady(|| {
             let after = run(3.0, false, fault);
             let cause = after.stopped();
             assert!(expected(cause), "{name}: {cause:?}");
@@ -350,25 +350,25 @@ fn every_fault_of_the_sensor_stops_the_stage_and_the_tip_is_taken_out() {
             let why = after.ran.silence.as_deref().unwrap_or_default();
             let silent = matches!(cause, Cause::SensorSilent { .. });
             assert_eq!(why.contains("web page answers"), silent, "{name}: {why:?}");
-        }
-    });
+        });
+    }
 }
 
 #[test]
 fn every_fault_of_the_stage_stops_it_where_it_is() {
-    steady(|| {
-        let faults: [Fault; 3] = [
-            ("unplugged", |r| r.stage.unplug(), |c| c == Cause::StageSilent),
-            ("reset", |r| r.stage.reset(ResetCause::BrownOut), |c| c == Cause::StageReset),
-            ("mute", |r| r.stage.change(|f| f.mute = true), |c| c == Cause::StageSilent),
-        ];
-        for (name, fault, expected) in faults {
+    let faults: [Fault; 3] = [
+        ("unplugged", |r| r.stage.unplug(), |c| c == Cause::StageSilent),
+        ("reset", |r| r.stage.reset(ResetCause::BrownOut), |c| c == Cause::StageReset),
+        ("mute", |r| r.stage.change(|f| f.mute = true), |c| c == Cause::StageSilent),
+    ];
+    for (name, fault, expected) in faults {
+        steady(|| {
             let after = run(3.0, true, fault);
             let cause = after.stopped();
             assert!(expected(cause), "{name}: {cause:?} {:?}", after.ran.failure);
             assert!(after.ran.stopped.is_some_and(|s| !s.retracted), "{name}");
-        }
-    });
+        });
+    }
 }
 
 #[test]
@@ -387,9 +387,12 @@ fn bad_lines_and_lost_datagrams_are_got_through_with_the_loss_put_down() {
         assert_eq!((info.force.lost, info.force.duplicated), (losses.lost, losses.duplicated));
         assert_eq!(after.session.stop().expect("an end").sensor.lost, losses.lost);
         let events: Vec<_> = after.session.events().map(|e| e.expect("readable")).collect();
-        let line = events.iter().find(|e| e.name == "line" && e.detail["device"] == "stage").expect("counts");
-        let count = |name: &str| line.detail["counts"][name].as_u64().expect("a count");
-        assert!(count("reports_lost") > 0 && count("requests_resent") > 0, "{line:?}");
+        let count = |device: &str, name: &str| {
+            let line = events.iter().find(|e| e.name == "line" && e.detail["device"] == device);
+            line.expect("counts").detail["counts"][name].as_u64().expect("a count")
+        };
+        assert!(count("stage", "reports_lost") > 0 && count("stage", "requests_resent") > 0, "{events:?}");
+        assert_eq!((count("force", "records_frozen"), count("force", "streams_restarted")), (0, 0));
     });
 }
 

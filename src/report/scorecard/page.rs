@@ -50,11 +50,13 @@ pub fn scorecard_page(card: &Scorecard, title: &str) -> Result<String, ReportErr
         "detected": card.detected_by_strength,
         "named": card.named_by_strength,
     });
+    let plural = if card.draws == 1 { "" } else { "s" };
+    let how = if card.quick { ", diagnosed quickly" } else { "" };
     Ok(whole(
         TEMPLATE,
         &[
             ("title", &escape(title)),
-            ("count", &format!("{} concealed draw{}", card.draws, if card.draws == 1 { "" } else { "s" })),
+            ("count", &format!("{} concealed draw{plural}{how}", card.draws)),
             ("figures", &table(&["What", "Figure"], figures.iter().map(|r| r.as_slice()))),
             ("lines", &table(&["Concealed", "How it came out"], lines.iter().map(|r| r.as_slice()))),
             (

@@ -72,6 +72,8 @@ impl Limit {
 pub struct Scorecard {
     /// Draws in all.
     pub draws: usize,
+    /// Whether they were diagnosed quickly, which is less sure.
+    pub quick: bool,
     /// The limit of detection that was stated.
     pub detection_limit: Limit,
     /// One effect of the catalogue above the limit: named right.
@@ -159,6 +161,7 @@ impl Scorecard {
         };
         Self {
             draws: judged.len(),
+            quick: false,
             detection_limit,
             named_right: share(&|j| one(j) && above(j), &is(Outcome::Right)),
             named_right_all: share(&one, &is(Outcome::Right)),

@@ -5,7 +5,8 @@ use std::fmt::Write;
 
 /// The scorecard as a terminal shows it.
 pub fn scorecard_text(card: &Scorecard) -> String {
-    let mut text = format!("{} draws, {:.1} s each on average\n\n", card.draws, card.mean_seconds);
+    let how = if card.quick { ", diagnosed quickly" } else { "" };
+    let mut text = format!("{} draws{how}, {:.1} s each on average\n\n", card.draws, card.mean_seconds);
     for [name, value] in rows(card) {
         // Writing to a String can't fail.
         let _ = writeln!(text, "{name:<52} {value}");

@@ -2,10 +2,9 @@
 //!
 //! What these tests look at happens in milliseconds, at the other end of a port, in threads that need a processor when it does. A machine
 //! that stands still meanwhile (a virtual one whose host is busy, say) makes a sound driver time out, and the test says nothing. So a test
-//! that failed is made once more, but only where the machine was measured to have been held up while it ran. One that was held up each time
-//! says that it was skipped: such a machine has no real time to test in.
+//! that failed is made once more, but only where the machine was measured to have been held up while it ran. It has to pass in the end: so
+//! what is tested at a time is short, one case of many.
 
-use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -15,7 +14,7 @@ const LATE: Duration = Duration::from_millis(20);
 /// So was a machine of whose processors' time its host took more than this share.
 const STOLEN: f64 = 0.03;
 /// So often a test is made at most.
-const ATTEMPTS: u32 = 5;
+const ATTEMPTS: u32 = 12;
 
 /// Makes a test, again where it failed on a machine that was held up.
 pub(crate) fn steady(test: impl Fn()) {
@@ -30,16 +29,9 @@ pub(crate) fn steady(test: impl Fn()) {
         });
         let Err(failure) = outcome else { return };
         let share = stolen().zip(before).map_or(0.0, |(a, b)| (a.0 - b.0) / (a.1 - b.1).max(1.0));
-        if latest <= LATE && share <= STOLEN {
+        println!("attempt {attempt}: held up for {latest:?}, {:.0} % of the time taken", 100.0 * share);
+        if attempt == ATTEMPTS || (latest <= LATE && share <= STOLEN) {
             resume_unwind(failure);
-        }
-        let held_up = format!("held up for {latest:?}, {:.0} % of the time taken", 100.0 * share);
-        println!("{held_up}: attempt {attempt} says nothing");
-        if attempt == ATTEMPTS {
-            // Not through the harness, which shows nothing of what passes.
-            let name = std::thread::current().name().unwrap_or_default().to_owned();
-            let _ = writeln!(std::io::stderr(), "\n{name}: skipped: no real time ({held_up})");
-            return;
         }
     }
 }
@@ -63,15 +55,7 @@ fn stolen() -> Option<(f64, f64)> {
     Some((*ticks.get(7)?, ticks.iter().take(8).sum()))
 }
 
-/// Unless it was held up each of so many times, within an instant.
 #[test]
 fn a_test_that_fails_for_good_fails() {
-    let attempts = std::cell::Cell::new(0);
-    let outcome = catch_unwind(AssertUnwindSafe(|| {
-        steady(|| {
-            attempts.set(attempts.get() + 1);
-            panic!("on purpose");
-        });
-    }));
-    assert!(outcome.is_err() || attempts.get() == ATTEMPTS);
+    assert!(catch_unwind(|| steady(|| panic!("on purpose"))).is_err());
 }
