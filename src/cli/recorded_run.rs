@@ -199,10 +199,8 @@ fn at_rest(stage: &mut dyn Stage, clear: bool) -> anyhow::Result<()> {
             }
             StageState::Fault { .. } if cleared => {}
             StageState::Fault { code } => {
-                bail!(
-                    "{} has latched fault {code}; look at the bench, then pass --clear",
-                    stage.identity().port
-                )
+                let (port, meaning) = (&stage.identity().port, stage.meaning(code));
+                bail!("{port} has latched fault {code} ({meaning}); look at the bench, then pass --clear")
             }
             StageState::Moving | StageState::Homing => {}
         }
@@ -355,7 +353,7 @@ fn start_document(planned: &Planned, devices: &Devices) -> StartDocument {
 /// What a stop is called.
 pub(super) fn told(stopped: &Stopped, ran: &Ran) -> String {
     let cause = &stopped.tripped.cause;
-    match (&ran.failure, &ran.silence) {
+    match (&ran.failure, &ran.why) {
         (Some(failure), _) => format!("{cause}: {failure}"),
         (None, Some(why)) => format!("{cause}: {why}"),
         (None, None) => cause.to_string(),

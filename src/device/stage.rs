@@ -142,6 +142,9 @@ pub trait Stage: Send {
     /// [`DeviceError`]: silent, lost, reset.
     fn compare_clocks(&mut self) -> Result<Option<ClockComparison>, DeviceError>;
 
+    /// What a fault's code means, for people.
+    fn meaning(&self, code: u8) -> String;
+
     /// What its line has suffered so far, counted, by name; nothing where nobody counts. For the record: what has to be acted on is an error.
     fn line_counts(&self) -> Vec<(&'static str, u64)> {
         Vec::new()

@@ -110,7 +110,9 @@ impl RigFile {
                 let port = port(simulated._native.as_ref().map(NativeStageEmulator::port));
                 let options = NativeOptions { baud: stage.baud, ..NativeOptions::new(port) };
                 let lease = stage.lease_ms.map_or(options.lease, Duration::from_millis);
-                Box::new(NativeStage::connect(&NativeOptions { lease, ..options })?)
+                // Whoever lets the stage move for so long without a word waits as long for one.
+                let patience = options.patience.max(lease);
+                Box::new(NativeStage::connect(&NativeOptions { lease, patience, ..options })?)
             }
             ControllerWord::Grbl => {
                 if is_simulated {

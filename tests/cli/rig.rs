@@ -20,10 +20,8 @@ fn rig(place: &Path, change: &[(&str, &str)]) -> PathBuf {
     let sim = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/sim.toml");
     let mut text = fs::read_to_string(sim).expect("the rig file that comes with the program");
     let patient = [
-        ("silence_ms = 150", "silence_ms = 5000"),
-        ("gap_records = 700", "gap_records = 7000"),
+        ("silence_ms = 1000", "silence_ms = 5000"),
         ("frozen_records = 70", "frozen_records = 7000"),
-        ("# lease_ms = 100 ", "lease_ms = 1000 "),
         ("rate_hz = 7000.0", "rate_hz = 1000.0"),
         ("force_noise_n = [0.07, 0.07, 0.07]", "force_noise_n = [0.02, 0.02, 0.02]"),
     ];

@@ -13,12 +13,13 @@ use phantom_rig::dataset::read_sessions;
 use phantom_rig::device::{ForceSensor, Stage};
 use phantom_rig::driver::{NativeOptions, NativeStage, NetFt, NetFtSettings};
 use phantom_rig::mesh::{Block, block as block_mesh};
-use phantom_rig::session::{Outcome, Session, SessionWriter, Topic};
+use phantom_rig::session::{Gap, GapCause, Outcome, Session, SessionWriter, Topic};
 use phantom_rig::sim::bytes::{
     NativeStageEmulator, NativeStageFaultSwitch, NativeStageSetup, NativeStageTruth, NetFtEmulator,
     NetFtFaultSwitch, NetFtSetup,
 };
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -320,9 +321,10 @@ fn a_person_stops_it_and_the_tip_stays() {
 
 #[test]
 fn every_fault_of_the_sensor_stops_the_stage_and_the_tip_is_taken_out() {
-    let faults: [Fault; 5] = [
+    let faults: [Fault; 6] = [
         ("silent", |r| r.force.change(|f| f.stalled = true), |c| matches!(c, Cause::SensorSilent { .. })),
         ("frozen", |r| r.force.change(|f| f.frozen = true), |c| c == Cause::SensorFrozen),
+        ("clock jumps", |r| r.force.change(|f| f.clock_ahead = 7000), |c| c == Cause::SensorRestarted),
         (
             "saturated",
             |r| r.force.change(|f| f.saturated = true),
@@ -347,19 +349,26 @@ fn every_fault_of_the_sensor_stops_the_stage_and_the_tip_is_taken_out() {
             assert!(after.ran.stopped.is_some_and(|s| s.stands && s.retracted), "{name}: {:?}", after.ran);
             assert!(after.height_m() > 3e-3, "{name}: {} m", after.height_m());
             // The sensor's web page is there: only its stream is missing.
-            let why = after.ran.silence.as_deref().unwrap_or_default();
+            let why = after.ran.why.as_deref().unwrap_or_default();
             let silent = matches!(cause, Cause::SensorSilent { .. });
             assert_eq!(why.contains("web page answers"), silent, "{name}: {why:?}");
+            let status = matches!(cause, Cause::SensorStatus { .. });
+            assert_eq!(!why.is_empty(), silent || status, "{name}: {why:?}");
         });
     }
 }
 
 #[test]
 fn every_fault_of_the_stage_stops_it_where_it_is() {
-    let faults: [Fault; 3] = [
+    let faults: [Fault; 4] = [
         ("unplugged", |r| r.stage.unplug(), |c| c == Cause::StageSilent),
         ("reset", |r| r.stage.reset(ResetCause::BrownOut), |c| c == Cause::StageReset),
         ("mute", |r| r.stage.change(|f| f.mute = true), |c| c == Cause::StageSilent),
+        (
+            "switch",
+            |r| r.stage.change(|f| f.stuck[0][1] = Some(true)),
+            |c| c == Cause::StageFault { code: 3 },
+        ),
     ];
     for (name, fault, expected) in faults {
         steady(|| {
@@ -367,6 +376,8 @@ fn every_fault_of_the_stage_stops_it_where_it_is() {
             let cause = after.stopped();
             assert!(expected(cause), "{name}: {cause:?} {:?}", after.ran.failure);
             assert!(after.ran.stopped.is_some_and(|s| !s.retracted), "{name}");
+            let why = after.ran.why.unwrap_or_default();
+            assert_eq!(why.contains("limit switch"), name == "switch", "{name}: {why:?}");
         });
     }
 }
@@ -396,23 +407,79 @@ fn bad_lines_and_lost_datagrams_are_got_through_with_the_loss_put_down() {
     });
 }
 
+/// A disk that can stand still, as one does that is worn out or far away. Gone when it is dropped.
+struct SlowDisk(tempfile::TempDir);
+
+impl SlowDisk {
+    /// None where nothing can be mounted.
+    fn mount(image: &Path) -> Option<Self> {
+        let place = tempfile::tempdir().expect("a folder");
+        std::fs::File::create(image).and_then(|file| file.set_len(64 << 20)).expect("a file");
+        let made = did("mkfs.ext4", &["-q", path(image)]);
+        (made && did("mount", &["-o", "loop", path(image), path(place.path())])).then_some(Self(place))
+    }
+
+    fn stand_still(&self) {
+        assert!(did("fsfreeze", &["-f", path(self.0.path())]));
+    }
+
+    fn go_on(&self) -> bool {
+        did("fsfreeze", &["-u", path(self.0.path())])
+    }
+}
+
+impl Drop for SlowDisk {
+    fn drop(&mut self) {
+        self.go_on();
+        did("umount", &[path(self.0.path())]);
+    }
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+fn did(program: &str, arguments: &[&str]) -> bool {
+    let command = Command::new(program).args(arguments).stderr(Stdio::null()).status();
+    command.is_ok_and(|status| status.success())
+}
+
+/// What waits for the disk has room for some seconds. The run goes on, and says how much never got there.
+#[test]
+fn what_a_disk_that_stands_still_does_not_take_is_put_down() {
+    steady(|| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let Some(disk) = SlowDisk::mount(&folder.path().join("image")) else {
+            eprintln!("skipped: no disk can be mounted here");
+            return;
+        };
+        let session = disk.0.path().join("session");
+        let (ran, ..) = run_into(&session, 3.0, false, |_| {
+            disk.stand_still();
+            std::thread::sleep(Duration::from_secs(12));
+            assert!(disk.go_on());
+        });
+        assert!(ran.stopped.is_none(), "{ran:?}");
+        let session = Session::open(&session).expect("a session");
+        let info = session.info().expect("readable");
+        let left_out = |gap: &&Gap| gap.topic == Topic::Force && gap.cause == GapCause::QueueFull;
+        let missing: u64 = info.gaps.iter().filter(left_out).map(|gap| gap.records).sum();
+        assert!(missing > 0, "{info:?}");
+        assert_eq!(info.topics[&Topic::Force].records + missing, ran.losses.received);
+    });
+}
+
 /// A disk of 1 MB, which is full after some seconds.
 #[test]
 fn a_full_disk_stops_the_stage() {
     steady(|| {
         let folder = tempfile::tempdir().expect("a folder");
-        let mounted = std::process::Command::new("mount")
-            .args(["-t", "tmpfs", "-o", "size=600k", "tmpfs"])
-            .arg(folder.path())
-            .status()
-            .is_ok_and(|s| s.success());
-        if !mounted {
+        if !did("mount", &["-t", "tmpfs", "-o", "size=600k", "tmpfs", path(folder.path())]) {
             eprintln!("skipped: no small disk can be mounted here");
             return;
         }
         let (ran, truth, later) = run_into(&folder.path().join("session"), 3.0, false, |_| {});
-        let unmounted = std::process::Command::new("umount").arg(folder.path()).status();
-        assert!(unmounted.is_ok_and(|s| s.success()));
+        assert!(did("umount", &[path(folder.path())]));
         let stopped = ran.stopped.expect("a stop");
         assert_eq!(stopped.tripped.cause, Cause::Recorder);
         assert!(stopped.stands);

@@ -79,8 +79,8 @@ pub struct Ran {
     pub steps: usize,
     /// What a device said when it failed.
     pub failure: Option<DeviceError>,
-    /// Why the force sensor fell silent, where it did and that could be found out.
-    pub silence: Option<String>,
+    /// What the device that caused the stop says of it, where that is more than the cause itself.
+    pub why: Option<String>,
 }
 
 /// What is known of a stop.
@@ -289,12 +289,14 @@ fn guarded(
             }
         }
     });
-    let silent = |stopped: &Stopped| matches!(stopped.tripped.cause, Cause::SensorSilent { .. });
-    if ran.stopped.as_ref().is_some_and(silent) {
-        ran.silence = force.why_silent();
-        if let Some(why) = &ran.silence {
-            recorder.event(event("silence", None, json!({"why": why})));
-        }
+    ran.why = match ran.stopped.map(|stopped| stopped.tripped.cause) {
+        Some(Cause::SensorSilent { .. }) => force.why_silent(),
+        Some(Cause::SensorStatus { status }) => Some(force.explain(status).join(", ")),
+        Some(Cause::StageFault { code }) => Some(stage.meaning(code)),
+        _ => None,
+    };
+    if let Some(why) = &ran.why {
+        recorder.event(event("why", None, json!({"why": why})));
     }
     // A stop in the very last moment still is one.
     if ran.stopped.is_none() {

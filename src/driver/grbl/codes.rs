@@ -15,6 +15,7 @@ pub(super) const ONLY_HOMING: [u8; 2] = [45, 46];
 /// What an alarm means, for people.
 pub(super) fn alarm(code: u8) -> &'static str {
     match code {
+        NO_CODE => "it was stopped, or is held or in alarm without saying why",
         1 => "a limit switch was hit; it stopped dead, so that steps may be lost",
         2 => "the target of a motion lies outside its travel; it has kept its position",
         3 => "reset while in motion; it stopped dead, so that steps may be lost",

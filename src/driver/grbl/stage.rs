@@ -516,6 +516,14 @@ impl Stage for GrblStage {
         Ok(None)
     }
 
+    fn meaning(&self, code: u8) -> String {
+        match &self.known.fault {
+            // What has no number is known only as long as it is latched.
+            Some(fault) if fault.code == code => fault.meaning.clone(),
+            _ => codes::alarm(code).to_owned(),
+        }
+    }
+
     fn line_counts(&self) -> Vec<(&'static str, u64)> {
         vec![("lines_without_sense", self.nonsense())]
     }

@@ -250,6 +250,10 @@ impl Stage for NativeStage {
         Ok(Some(ClockComparison { sent, received, ticks, tick_hz: 1e6 }))
     }
 
+    fn meaning(&self, code: u8) -> String {
+        words::meaning(&Fault::CODES, code)
+    }
+
     fn line_counts(&self) -> Vec<(&'static str, u64)> {
         let NativeLosses { resent, streamed_lost, streamed_late, unfetched, damaged, unasked } =
             self.losses();

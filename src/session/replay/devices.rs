@@ -138,6 +138,11 @@ impl Stage for ReplayStage {
         Ok(None)
     }
 
+    /// What a code means depends on the controller, which a recording knows by name only.
+    fn meaning(&self, code: u8) -> String {
+        format!("code {code} of {}", self.identity.controller)
+    }
+
     fn stopper(&self) -> Result<Box<dyn Stopper>, DeviceError> {
         Ok(Box::new(NothingMoves))
     }

@@ -29,6 +29,8 @@ pub struct NetFtFaults {
     pub stalled: bool,
     /// Records are numbered and sent, but the sensor's clock and reading stand.
     pub frozen: bool,
+    /// The sensor's clock has jumped ahead by so many ticks; its records are numbered as before.
+    pub clock_ahead: u32,
     /// Every component reads its range, with the status bits of saturation.
     pub saturated: bool,
     /// Status bits that are set besides; the summary bit follows.

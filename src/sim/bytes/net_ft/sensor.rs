@@ -197,7 +197,8 @@ impl Sensor {
             | if saturated { saturation } else { 0 }
             | if self.latched { LATCHED } else { 0 };
         self.status = if bits == 0 { 0 } else { bits | SUMMARY };
-        Reading { ft_sequence: (u64::from(self.setup.first_tick) + tick) as u32, counts }
+        let first = u64::from(self.setup.first_tick) + u64::from(faults.clock_ahead);
+        Reading { ft_sequence: (first + tick) as u32, counts }
     }
 
     fn counts_per_si(&self, component: usize) -> f64 {
