@@ -148,6 +148,7 @@ pub(super) fn watch(
             }
             live.see(record.counts, latch.tripped().is_some());
         }
+        live.count(sensor.losses());
         if latch.is_going_out() && !judge.is_widened {
             judge.widen(live.farthest_after_stop());
             latch.note();

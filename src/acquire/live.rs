@@ -1,21 +1,21 @@
 //! What the force is now: shared between the thread that watches it and those that show it or wait for it.
 
+use crate::device::Losses;
 use std::sync::atomic::{AtomicI32, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// The latest reading, a running mean and the farthest one, in counts of the sensor less its zero.
+/// A running mean, the farthest reading after a stop, in counts of the sensor less its zero, and what became of the records.
 #[derive(Debug)]
 pub struct LiveForce {
     zero: [i32; 6],
-    latest: [AtomicI32; 6],
     /// Exponential mean, as bits.
     mean: [AtomicU64; 6],
     /// Weight of a new reading in it.
     weight: f64,
-    farthest: [AtomicI32; 6],
     /// The farthest reading since the run was stopped.
     after_stop: [AtomicI32; 6],
-    records: AtomicU64,
+    losses: Mutex<Losses>,
 }
 
 /// Time constant of the running mean.
@@ -29,12 +29,10 @@ impl LiveForce {
     pub fn new(zero: [i32; 6], rate_hz: f64) -> Self {
         Self {
             zero,
-            latest: Default::default(),
             mean: Default::default(),
             weight: 1.0 / (MEAN.as_secs_f64() * rate_hz).max(1.0),
-            farthest: Default::default(),
             after_stop: Default::default(),
-            records: AtomicU64::new(0),
+            losses: Mutex::default(),
         }
     }
 
@@ -42,17 +40,25 @@ impl LiveForce {
     pub(super) fn see(&self, counts: [i32; 6], stopped: bool) {
         for (axis, count) in counts.into_iter().enumerate() {
             let value = count.saturating_sub(self.zero[axis]);
-            self.latest[axis].store(value, Ordering::Relaxed);
             let mean = f64::from_bits(self.mean[axis].load(Ordering::Relaxed));
             let mean = mean + self.weight * (f64::from(value) - mean);
             self.mean[axis].store(mean.to_bits(), Ordering::Relaxed);
-            // Whoever takes the farthest reading in between takes it a record early: no harm.
-            farther(&self.farthest[axis], value);
             if stopped {
                 farther(&self.after_stop[axis], value);
             }
         }
-        self.records.fetch_add(1, Ordering::Release);
+    }
+
+    /// Takes what became of the records so far. Whoever looks at it just then sees what was before: this waits for nobody.
+    pub(super) fn count(&self, losses: Losses) {
+        if let Ok(mut last) = self.losses.try_lock() {
+            *last = losses;
+        }
+    }
+
+    /// What became of the records, a moment ago.
+    pub(super) fn losses(&self) -> Losses {
+        *self.losses.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The mean of the latest readings (counts less zero), over some 10 ms: a single one is noise in good part.
@@ -63,17 +69,6 @@ impl LiveForce {
     /// The reading farthest from zero on each axis since the run was stopped (counts less zero).
     pub(super) fn farthest_after_stop(&self) -> [i32; 6] {
         std::array::from_fn(|axis| self.after_stop[axis].load(Ordering::Relaxed))
-    }
-
-    /// The latest reading (counts less zero) and how many there were. Axes may belong to neighbouring records.
-    pub fn latest(&self) -> ([i32; 6], u64) {
-        let records = self.records.load(Ordering::Acquire);
-        (std::array::from_fn(|axis| self.latest[axis].load(Ordering::Relaxed)), records)
-    }
-
-    /// The reading farthest from zero on each axis since this was last called (counts less zero).
-    pub fn take_farthest(&self) -> [i32; 6] {
-        std::array::from_fn(|axis| self.farthest[axis].swap(0, Ordering::Relaxed))
     }
 }
 
@@ -97,9 +92,8 @@ mod tests {
         assert!((live.mean()[0] - 100.0).abs() < 1e-3 && (live.mean()[1] + 5.0).abs() < 1e-3);
         live.see([1110, -5, 0, 0, 0, 0], false);
         assert!(live.mean()[0] < 201.0, "{:?}", live.mean());
-        assert_eq!((live.latest().0[0], live.farthest_after_stop()), (1100, [0; 6]));
+        assert_eq!(live.farthest_after_stop(), [0; 6]);
         live.see([60, -7, 0, 0, 0, 0], true);
         assert_eq!(live.farthest_after_stop(), [50, -7, 0, 0, 0, 0]);
-        assert_eq!(live.take_farthest()[0], 1100);
     }
 }

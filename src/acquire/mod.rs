@@ -31,4 +31,4 @@ pub use protocol::{
     Step, StepId, Stroke, Target, Task, Variable, from_poke,
 };
 pub use run::{Conduct, Instruments, Planner, Ran, Stopped, Zero, conduct};
-pub use status::{Doing, RunStatus, Watched};
+pub use status::{Doing, RunStatus, TRACE, Watched};

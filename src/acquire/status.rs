@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// Points of the force trace: ten seconds at 25 a second.
-const TRACE: usize = 250;
+pub const TRACE: usize = 250;
 
 /// What a run is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -63,9 +63,9 @@ pub struct RunStatus {
     pub elapsed: Duration,
     /// What the plan says is left.
     pub left: Duration,
-    /// Reading less its zero (N, N·m), in the sensor's frame.
+    /// Reading less its zero (N, N·m), in the sensor's frame, in the mean of some 10 ms.
     pub wrench: [f64; 6],
-    /// Largest force lately, the oldest first (N).
+    /// Size of the force lately (N), the oldest first, in the same mean.
     pub trace: VecDeque<f64>,
     /// What became of the force records.
     pub losses: Losses,

@@ -1,6 +1,6 @@
 //! A run as a person at the bench sees it: force trace, poke, depth, time left, what was lost, and how to stop.
 
-use crate::acquire::{Doing, RunStatus};
+use crate::acquire::{Doing, RunStatus, TRACE};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -61,24 +61,31 @@ fn keys(status: &RunStatus) -> Line<'static> {
 fn heading(status: &RunStatus) -> Line<'static> {
     let bold = Style::new().add_modifier(Modifier::BOLD);
     let depth = status.depth_m.map(|d| format!("   depth {:.2} mm", d * 1e3)).unwrap_or_default();
-    Line::from(vec![
-        Span::raw("poke "),
-        Span::styled(format!("{} of {}", status.poke, status.pokes), bold),
-        Span::raw("   "),
-        Span::styled(status.doing.word(), bold),
-        Span::raw(depth),
-    ])
+    let mut spans = vec![Span::styled(status.doing.word(), bold), Span::raw(depth)];
+    if status.poke > 0 {
+        let poke = Span::styled(format!("{} of {}", status.poke, status.pokes), bold);
+        spans.splice(0..0, [Span::raw("poke "), poke, Span::raw("   ")]);
+    }
+    Line::from(spans)
 }
 
 fn draw_trace(frame: &mut Frame, area: Rect, title: &Title, status: &RunStatus) {
-    let points: Vec<(f64, f64)> = (0..).map(f64::from).zip(status.trace.iter().copied()).collect();
+    // The latest point stands at the right edge, however many there are yet.
+    let points: Vec<(f64, f64)> = status
+        .trace
+        .iter()
+        .rev()
+        .enumerate()
+        .map(|(ago, force)| ((TRACE - 1 - ago) as f64, *force))
+        .collect();
     let highest = status.trace.iter().copied().fold(0.0, f64::max);
     // Whole steps, so that the axis does not breathe; the limit comes into sight when it is near.
     let top = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0]
         .into_iter()
         .find(|&t| highest < 0.95 * t)
         .unwrap_or(highest * 1.1);
-    let limit = [(0.0, title.limit_n), (250.0, title.limit_n)];
+    let width = (TRACE - 1) as f64;
+    let limit = [(0.0, title.limit_n), (width, title.limit_n)];
     let mut lines = vec![
         Dataset::default()
             .name("force")
@@ -99,7 +106,7 @@ fn draw_trace(frame: &mut Frame, area: Rect, title: &Title, status: &RunStatus) 
         );
     }
     let chart = Chart::new(lines)
-        .x_axis(Axis::default().bounds([0.0, 250.0]).labels(["10 s ago", "now"]))
+        .x_axis(Axis::default().bounds([0.0, width]).labels(["10 s ago", "now"]))
         .y_axis(Axis::default().bounds([0.0, top]).labels(["0 N".to_owned(), format!("{top} N")]))
         .legend_position(None);
     frame.render_widget(chart, area);
@@ -161,6 +168,29 @@ mod tests {
         let title = Title { text: "five pokes · simulated bench".to_owned(), limit_n: 4.0 };
         terminal.draw(|frame| draw(frame, &title, status)).expect("drawn");
         terminal.backend().to_string()
+    }
+
+    /// Dots of the trace, in Braille, in the left and in the right half of the screen.
+    fn dots(shown: &str) -> [usize; 2] {
+        let count = |from, many| {
+            let dots = |c: &char| ('\u{2801}'..='\u{28FF}').contains(c);
+            shown.lines().flat_map(|line| line.chars().skip(from).take(many)).filter(dots).count()
+        };
+        [count(0, 42), count(42, 50)]
+    }
+
+    #[test]
+    fn the_latest_force_stands_at_the_right_edge() {
+        let mut status = RunStatus { doing: Doing::Homing, ..RunStatus::default() };
+        status.trace.extend([0.3; 30]);
+        let shown = screen(&status);
+        assert!(!shown.contains("poke 0"), "none has begun:\n{shown}");
+        let [left, right] = dots(&shown);
+        assert!(left == 0 && right > 5, "{left} {right}:\n{shown}");
+        status.trace.extend([0.3; TRACE]);
+        status.trace.drain(TRACE..);
+        let [left, _] = dots(&screen(&status));
+        assert!(left > 25, "{left}");
     }
 
     #[test]

@@ -79,6 +79,15 @@ fn the_first_thing_is_a_sentence() {
         "The misfit shows in the force along the poke and the markers along z, while it stays, most in pokes 2 and 3. \
          By chance it would be as large less than once in 10,000 recordings. Confidence 97 %."
     );
+    let misfits = |before, after| {
+        let mut diagnosis = readings::relaxation(&recording);
+        diagnosis.baseline.held_out_chi2_per_dof = before;
+        diagnosis.extended.held_out_chi2_per_dof = after;
+        conclusion(&diagnosis)
+    };
+    assert!(misfits(1.003, 0.998).contains("misfit falls from 1.003 to 0.998;"));
+    assert!(misfits(1.00301, 1.00328).contains("misfit rises from 1.0030 to 1.0033;"));
+    assert!(misfits(1.0, 1.0).contains("misfit stays at 1.00;"));
     let nothing = readings::nothing(&recording);
     assert_eq!(
         conclusion(&nothing),

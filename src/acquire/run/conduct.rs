@@ -1,7 +1,7 @@
 //! A whole run: zero, homing, the steps of the plan, and what is done when it has to stop.
 
 use super::event::{clock_probe, event, leg as leg_begins, step as step_begins};
-use super::pilot::{Halted, Pilot, Shared, UntilForce, tell_losses};
+use super::pilot::{Halted, Pilot, Shared, UntilForce};
 use super::zero::{Zero, zero};
 use crate::acquire::AcquireError;
 use crate::acquire::guard::{Limits, watch};
@@ -269,7 +269,7 @@ fn guarded(
                 own.force(records, HostTime::now());
             });
             let losses = force.losses();
-            tell_losses(conduct.watched, losses);
+            conduct.watched.tell(|status| status.losses = losses);
             (watched, losses)
         });
         let mut pilot = Pilot::new(stage, recorder, shared);

@@ -9,9 +9,7 @@ use crate::acquire::operator::Operator;
 use crate::acquire::plan::Trapezoid;
 use crate::acquire::status::{Doing, Watched};
 use crate::clock::HostTime;
-use crate::device::{
-    AXES, DeviceError, ForceFormat, Losses, Motion, SensorMounting, Stage, StageReport, StageState,
-};
+use crate::device::{AXES, DeviceError, ForceFormat, Motion, SensorMounting, Stage, StageReport, StageState};
 use crate::geometry::Vec3;
 use crate::session::{Event, Health, Recorder, Topic};
 use std::collections::VecDeque;
@@ -403,9 +401,8 @@ impl<'a> Pilot<'a> {
         let now = HostTime::now();
         self.told = now;
         let (format, live) = (&self.shared.format, self.shared.live);
-        let wrench = format.wrench(live.latest().0);
-        let farthest = format.wrench(live.take_farthest());
-        let force = farthest[..3].iter().map(|f| f * f).sum::<f64>().sqrt();
+        let wrench = format.wrench(live.mean().map(|c| c.round() as i32));
+        let force = wrench[..3].iter().map(|f| f * f).sum::<f64>().sqrt();
         let depth_m = self.line.zip(self.last).map(|((site, along), report)| {
             (0..AXES).map(|a| (report.position_m[a] - site[a]) * along[a]).sum::<f64>()
         });
@@ -416,6 +413,7 @@ impl<'a> Pilot<'a> {
             status.left = ends.since(now) + left;
             status.wrench = wrench;
             status.point(force);
+            status.losses = live.losses();
             status.depth_m = depth_m;
             status.dropped = dropped.into_iter().map(|t| self.shared.health.dropped(t)).sum();
             status.tripped = self.shared.latch.tripped();
@@ -426,9 +424,4 @@ impl<'a> Pilot<'a> {
 /// When a motion that should take so long (s) is taken for one that does not come to its end.
 fn overdue_after(takes_s: f64) -> Duration {
     Duration::from_secs_f64(takes_s * PATIENCE) + GRACE
-}
-
-/// What became of the force records, for those who watch.
-pub(super) fn tell_losses(watched: &Watched, losses: Losses) {
-    watched.tell(|status| status.losses = losses);
 }

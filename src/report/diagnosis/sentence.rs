@@ -125,9 +125,16 @@ fn told(diagnosis: &Diagnosis, physics: Physics) -> Option<String> {
 
 fn fall(before: &Reading, after: &Reading) -> Option<String> {
     let (a, b) = (before.held_out_chi2_per_dof, after.held_out_chi2_per_dof);
-    let verb = if b < a { "falls" } else { "goes" };
-    (a.is_finite() && b.is_finite())
-        .then(|| format!("held-out misfit {verb} from {} to {}", three_digits(a), three_digits(b)))
+    if !(a.is_finite() && b.is_finite()) {
+        return None;
+    }
+    let verb = if b < a { "falls" } else { "rises" };
+    // As many digits as it takes to see the difference, within reason.
+    let told = [3, 4, 5].map(|count| [a, b].map(|value| digits(value, count)));
+    Some(match told.into_iter().find(|[a, b]| a != b) {
+        Some([a, b]) => format!("held-out misfit {verb} from {a} to {b}"),
+        None => format!("held-out misfit stays at {}", digits(b, 3)),
+    })
 }
 
 fn moved(before: &Reading, after: &Reading) -> String {
@@ -154,15 +161,16 @@ fn least_sure(diagnosis: &Diagnosis) -> Option<String> {
 }
 
 /// `14.2`, `1.02`, `163`.
-fn three_digits(value: f64) -> String {
-    let decimals = if value >= 100.0 {
-        0
+/// So many significant digits of a number that is 1 or more, and as many decimals of a smaller one.
+fn digits(value: f64, count: usize) -> String {
+    let whole = if value >= 100.0 {
+        3
     } else if value >= 10.0 {
-        1
-    } else {
         2
+    } else {
+        1
     };
-    format!("{value:.decimals$}")
+    format!("{value:.decimals$}", decimals = count.saturating_sub(whole))
 }
 
 fn chance(p: f64) -> String {

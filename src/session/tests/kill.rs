@@ -6,6 +6,7 @@ use crate::clock::steady::steady;
 use crate::session::{Session, SessionWriter};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::cell::Cell;
 use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -79,22 +80,36 @@ fn lost_when_killed(folder: &Path, instant: u64) -> u64 {
     handed.saturating_sub(kept)
 }
 
+/// What is lost by kills at random instants, in order. One while the machine itself was held up is made again: a thread that gets no
+/// processor writes nothing.
 fn distribution(instants: usize, seed: u64) -> Vec<u64> {
     let place = tempfile::tempdir().expect("a folder");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut lost: Vec<u64> = (0..instants)
-        .map(|i| lost_when_killed(&place.path().join(i.to_string()), random.random_range(100..2 * FORCE_HZ)))
-        .collect();
-    lost.sort_unstable();
-    lost
+    let attempts = Cell::new(0);
+    let mut all = Vec::with_capacity(instants);
+    for _ in 0..instants {
+        let instant = random.random_range(100..2 * FORCE_HZ);
+        let found = Cell::new(0);
+        steady(|| {
+            attempts.set(attempts.get() + 1);
+            let lost = lost_when_killed(&place.path().join(attempts.get().to_string()), instant);
+            assert!(lost <= BUDGET, "{lost} records");
+            found.set(lost);
+        });
+        all.push(found.get());
+    }
+    println!(
+        "{} kills, {} of them repeated because the machine was held up",
+        attempts.get(),
+        attempts.get() - instants
+    );
+    all.sort_unstable();
+    all
 }
 
 #[test]
 fn a_kill_loses_no_more_than_a_fifth_of_a_second() {
-    steady(|| {
-        let lost = distribution(5, 1);
-        assert!(lost.iter().all(|&records| records <= BUDGET), "{lost:?} records");
-    });
+    distribution(5, 1);
 }
 
 /// Run by `cargo test --release -- --ignored --nocapture a_hundred_kills`.
@@ -110,5 +125,4 @@ fn a_hundred_kills() {
         ms(lost[90]),
         ms(lost[99])
     );
-    assert!(lost[99] <= BUDGET, "{lost:?} records");
 }
