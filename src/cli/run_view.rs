@@ -36,7 +36,7 @@ pub(super) fn draw(frame: &mut Frame, title: &Title, status: &RunStatus) {
     let gauge = Gauge::default()
         .ratio(share.clamp(0.0, 1.0))
         .label(format!("{} gone, {} left", clock(status.elapsed), clock(status.left)))
-        .gauge_style(Style::new().fg(Color::Blue).bg(Color::Reset))
+        .gauge_style(Style::new().fg(Color::Cyan).bg(Color::Reset))
         .use_unicode(true);
     frame.render_widget(gauge, bar);
     draw_trace(frame, trace, title, status);

@@ -165,6 +165,7 @@ fn run_into(
                 let now = watched.now();
                 let deep = now.depth_m.is_some_and(|d| d > 5e-4);
                 if now.doing == Doing::Leg(wanted) && deep {
+                    assert!(now.losses.received > 0 && !now.trace.is_empty(), "{now:?}");
                     return fault(reach);
                 }
                 if now.doing == Doing::Done || HostTime::now() > end {
