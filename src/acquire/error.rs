@@ -1,5 +1,6 @@
 //! How acquiring fails: each with what a person needs to know to act.
 
+use super::latch::component;
 use super::plan::Violation;
 use super::protocol::Refusal;
 use std::fmt::Display;
@@ -43,10 +44,21 @@ pub enum AcquireError {
         /// How long was waited.
         budget: std::time::Duration,
     },
+    /// The force sensor does not rest while its zero is taken.
+    #[error(
+        "{} of the force sensor moved by {moved:.3} {unit} within half a second while its zero was to be taken, three times in a row: nothing \
+         may touch the tip, and the bench has to stand still", component(*axis).0, unit = component(*axis).1
+    )]
+    NotAtRest {
+        /// Axis of the sensor.
+        axis: usize,
+        /// By how much (N or N·m).
+        moved: f64,
+    },
     /// The zero is so far off that the sensor cannot read what would stop the stage.
     #[error(
-        "axis {axis} of the force sensor (0 to 2 force, 3 to 5 torque) reads {reads:.3} with nothing at the tip; with the limit of {limit:.3} \
-         that leaves its range of {range:.3} (N, N·m): bias it (--bias), or lower the limit"
+        "{} of the force sensor reads {reads:.3} {unit} with nothing at the tip; with the limit of {limit:.3} {unit} that leaves its range \
+         of {range:.3} {unit}: bias it (--bias), or lower the limit", component(*axis).0, unit = component(*axis).1
     )]
     LimitOutOfRange {
         /// Axis of the sensor.

@@ -42,12 +42,10 @@ struct Window {
 
 impl Window {
     fn new(limits: &Limits, format: &ForceFormat) -> Self {
-        let scale = |axis: usize| {
-            if axis < 3 { format.counts_per_newton } else { format.counts_per_newton_metre }
-        };
+        let scale = format.scale();
         // Casts saturate: a limit beyond what counts can say never trips, which the pre-flight refuses.
         let bound =
-            |axis: usize, sign: f64| (limits.zero[axis] + sign * limits.wrench[axis] * scale(axis)) as i32;
+            |axis: usize, sign: f64| (limits.zero[axis] + sign * limits.wrench[axis] * scale[axis]) as i32;
         Self { low: std::array::from_fn(|a| bound(a, -1.0)), high: std::array::from_fn(|a| bound(a, 1.0)) }
     }
 
@@ -76,10 +74,10 @@ impl Judge {
 
     /// While the tip is taken out, what was reached on the way in is no reason to stop; more than that by a tenth of the limit is.
     fn widen(&mut self, reached: [i32; 6]) {
+        let scale = self.format.scale();
         let limits = Limits {
             wrench: std::array::from_fn(|axis| {
-                let scale = self.scale(axis);
-                self.limits.wrench[axis].max(f64::from(reached[axis]).abs() / scale)
+                self.limits.wrench[axis].max(f64::from(reached[axis]).abs() / scale[axis])
                     + MARGIN * self.limits.wrench[axis]
             }),
             ..self.limits
@@ -88,17 +86,13 @@ impl Judge {
         self.is_widened = true;
     }
 
-    fn scale(&self, axis: usize) -> f64 {
-        if axis < 3 { self.format.counts_per_newton } else { self.format.counts_per_newton_metre }
-    }
-
     /// Why to stop at this record, if at all.
     fn cause(&mut self, record: &ForceRecord) -> Option<Cause> {
         if record.status & self.format.stop_mask != 0 && !self.is_widened {
             return Some(Cause::SensorStatus { status: record.status });
         }
         if let Some(axis) = self.window.outside(record.counts) {
-            let value = (f64::from(record.counts[axis]) - self.limits.zero[axis]) / self.scale(axis);
+            let value = (f64::from(record.counts[axis]) - self.limits.zero[axis]) / self.format.scale()[axis];
             return Some(Cause::Limit { axis, value, limit: self.limits.wrench[axis] });
         }
         // A sensor that was the reason to stop is none to leave the tip where it is.

@@ -10,6 +10,11 @@ use std::time::Duration;
 /// Whoever watches the force takes note within this time, or does not watch any more.
 const NOTED_WITHIN: Duration = Duration::from_millis(250);
 
+/// Name and unit of a component of the sensor's reading.
+pub(super) fn component(axis: usize) -> (&'static str, &'static str) {
+    [("Fx", "N"), ("Fy", "N"), ("Fz", "N"), ("Tx", "N·m"), ("Ty", "N·m"), ("Tz", "N·m")][axis % 6]
+}
+
 /// Why a run was stopped before its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cause {
@@ -93,15 +98,10 @@ impl Cause {
 
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const AXES: [&str; 6] = ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"];
         match *self {
             Self::Limit { axis, value, limit } => {
-                let unit = if axis < 3 { "N" } else { "N·m" };
-                write!(
-                    f,
-                    "{} of the sensor is {value:.3} {unit}; the limit is {limit:.3} {unit}",
-                    AXES[axis % 6]
-                )
+                let (name, unit) = component(axis);
+                write!(f, "{name} of the sensor is {value:.3} {unit}; the limit is {limit:.3} {unit}")
             }
             Self::SensorStatus { status } => write!(f, "the force sensor reports status {status:#010x}"),
             Self::SensorFrozen => f.write_str("the force sensor repeats one reading: its clock stands"),

@@ -2,7 +2,7 @@
 
 use super::conceal::Session;
 use super::proof::{ProofFolder, open_answer, open_key, read_sums};
-use super::{Context, Exit, Outcome, StagedFolder};
+use super::{Context, Exit, Kind, Outcome, StagedFolder};
 use crate::dataset::{read_planned_pokes, write_bundle};
 use crate::sim::Phantom;
 use clap::Args;
@@ -35,7 +35,7 @@ pub(super) struct BenchArguments {
     /// The key of the answers; by default DIR.key
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
-    /// Replace BUNDLE even if this program did not make it
+    /// Replace whatever is at BUNDLE
     #[arg(long)]
     force: bool,
 }
@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &BenchArguments, context: &Context) -> anyhow::Resu
     for poke in &planned {
         world.press(poke)?;
     }
-    let bundle = StagedFolder::new(&arguments.out, arguments.force)?;
+    let bundle = StagedFolder::new(&arguments.out, Kind::Recording, arguments.force)?;
     let spinner = context.progress.spinner("preparing the phantom");
     let phantom = Phantom::prepare(&world.phantom)?;
     spinner.label("poking");

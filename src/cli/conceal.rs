@@ -4,7 +4,7 @@ use super::proof::{
     Manifest, ProofError, ProofFolder, Seal, Sums, bundle_sum, digest, draw_name, hex, read_sums, replace,
     write_sums,
 };
-use super::{Context, Exit, Outcome, StagedFolder, UsageError};
+use super::{Context, Exit, Kind, Outcome, StagedFolder, UsageError};
 use crate::dataset::write_bundle;
 use crate::observation::Recording;
 use crate::sim::{Answer, Phantom, SimError, Strength, World};
@@ -258,7 +258,7 @@ fn write(
     hashes: &mut Sums,
 ) -> anyhow::Result<()> {
     let draw = &waiting.draw;
-    let bundle = StagedFolder::new(&folder.recording(draw), true)?;
+    let bundle = StagedFolder::new(&folder.recording(draw), Kind::Recording, true)?;
     write_bundle(&recorded.recording, bundle.path())?;
     let more = json!({
         "session": session(arguments, waiting.index, waiting.skipped),

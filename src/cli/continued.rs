@@ -3,7 +3,7 @@
 //! The bench is a command in a process of its own: `COMMAND --pokes CSV --out BUNDLE` makes all pokes of the table after those
 //! of the recording and writes the whole session. The diagnosis sees nothing but the bundle.
 
-use super::{StagedFolder, UsageError};
+use super::{Kind, StagedFolder, UsageError};
 use crate::dataset::read_bundle;
 use crate::diagnose::{Diagnosis, MOST_SURE, Verdict};
 use crate::geometry::Vec3;
@@ -118,7 +118,7 @@ impl ContinueArguments {
         let first = recording.clone();
         let ask = |planned: &[PlannedPoke]| {
             if let [_] = planned {
-                StagedFolder::new(&session, true)?.finish()?;
+                StagedFolder::new(&session, Kind::Scratch, true)?.finish()?;
             }
             tell(&format!("asking the bench for poke {}", first.pokes.len() + planned.len()));
             let table = session.join("pokes.csv");

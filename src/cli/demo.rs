@@ -5,7 +5,7 @@ use super::planned::PlannedArguments;
 use super::proof::{Manifest, ProofFolder, Seal, bundle_sum, digest, draw_name, hex, read_sums, replace};
 use super::recorded_run::{How, MESH, record, told};
 use super::run_watch::Watch;
-use super::{Context, Exit, Outcome, StagedFolder};
+use super::{Context, Exit, Kind, Outcome, StagedFolder};
 use crate::dataset::{read_mesh, read_sessions, write_bundle};
 use crate::rig::SimulatedBench;
 use crate::session::Session;
@@ -108,7 +108,7 @@ fn export(session: &Path, proof: &ProofFolder, tell: &dyn Fn(&str)) -> anyhow::R
         tell(&format!("Note: {remark}."));
     }
     let place = proof.recording(&draw_name(1));
-    let bundle = StagedFolder::new(&place, false)?;
+    let bundle = StagedFolder::new(&place, Kind::Recording, false)?;
     write_bundle(&from.recording, bundle.path())?;
     bundle.finish()?;
     Ok(place)

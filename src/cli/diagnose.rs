@@ -1,7 +1,7 @@
 //! `diagnose`: a bundle → what the model left out, and a folder with a page, `diagnosis.json` and the next poke.
 
 use super::continued::{ContinueArguments, Continued};
-use super::{Context, Exit, Outcome, StagedFolder, UsageError, fit};
+use super::{Context, Exit, Kind, Outcome, StagedFolder, UsageError, fit};
 use crate::dataset::read_bundle;
 use crate::diagnose::{Choice, Progress, Settings, diagnose};
 use crate::geometry::Vec3;
@@ -33,7 +33,7 @@ pub(super) struct DiagnoseArguments {
     /// Where to write; by default the bundle's name with "-diagnosis", in the current folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Replace DIR even if this program did not make it
+    /// Replace whatever is at DIR; without it only an earlier diagnosis
     #[arg(long)]
     force: bool,
     /// Stay on the given mesh: faster, less certain
@@ -72,7 +72,7 @@ pub(super) fn run(arguments: &DiagnoseArguments, context: &Context) -> anyhow::R
     let destination = arguments.out.clone().unwrap_or_else(|| fit::beside(&arguments.bundle, "diagnosis"));
     let folder = match arguments.print_only {
         true => None,
-        false => Some(StagedFolder::new(&destination, arguments.force)?),
+        false => Some(StagedFolder::new(&destination, Kind::Diagnosis, arguments.force)?),
     };
     let further = &arguments.further;
     further.check_folder(&destination, arguments.force)?;

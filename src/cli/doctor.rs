@@ -59,10 +59,14 @@ pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Res
             });
         }
         let first = findings.len();
-        for port in ports {
-            spinner.label(&format!("asking {port}"));
-            findings.push(who(&port));
-        }
+        // A port behind which nobody answers takes ten seconds: all are asked at once.
+        spinner.label(&format!("asking {}", ports.join(", ")));
+        let asked: Vec<Finding> = std::thread::scope(|scope| {
+            let all: Vec<_> = ports.iter().map(|port| scope.spawn(|| who(port))).collect();
+            // A thread that panicked has said why on standard error.
+            all.into_iter().map(|one| one.join().unwrap_or_else(|e| std::panic::resume_unwind(e))).collect()
+        });
+        findings.extend(asked);
         // A port with something else behind it is no fault where another one has a stage.
         let found = findings[first..].iter().any(|f| f.good);
         findings[first..].iter_mut().for_each(|f| f.good |= found && f.json.get("native").is_some());
@@ -128,7 +132,11 @@ fn stage(stage: &mut dyn Stage) -> Finding {
     let (state, good) = match &answer {
         Ok(Some(report)) => match report.state {
             StageState::Fault { code } => {
-                (format!("latched in fault {code}: look at the bench, then run with --clear"), false)
+                let meaning = stage.meaning(code);
+                (
+                    format!("latched in fault {code} ({meaning}): look at the bench, then run with --clear"),
+                    false,
+                )
             }
             _ if report.homed => ("ready".to_owned(), true),
             _ => ("not homed: run will home it first".to_owned(), true),

@@ -1,6 +1,6 @@
 //! `draw`: a seed → a recording bundle of the simulated bench, and beside it what it conceals.
 
-use super::{Context, Exit, Outcome, StagedFile, StagedFolder};
+use super::{Context, Exit, Kind, Outcome, StagedFile, StagedFolder};
 use crate::dataset::write_bundle;
 use crate::sim::{Draw, Kinematics, Truth, demo, draw, record};
 use anyhow::Context as _;
@@ -40,7 +40,7 @@ const DEEPER: f64 = 2.0;
 pub(super) fn run(arguments: &DrawArguments, context: &Context) -> anyhow::Result<Outcome> {
     let session = session(arguments);
     let answer = answer_file(&arguments.out);
-    let bundle = StagedFolder::new(&arguments.out, arguments.force)?;
+    let bundle = StagedFolder::new(&arguments.out, Kind::Recording, arguments.force)?;
     let beside = StagedFile::new(&answer, arguments.force)?;
     let spinner = context.progress.spinner("poking the simulated phantom");
     let recording = record(&session)?;

@@ -1,7 +1,7 @@
 //! `experiment block`: the published simulation experiment, every method on the same data → tables, CSV,
 //! figures.
 
-use super::{Context, Exit, Outcome, StagedFolder, UsageError};
+use super::{Context, Exit, Kind, Outcome, StagedFolder, UsageError};
 use crate::inverse::experiment::{Study, StudySettings, Summary, bars, shapes, study, summarise};
 use crate::report::{experiment_text, write_experiment};
 use anyhow::Context as _;
@@ -60,7 +60,11 @@ pub(super) fn run(arguments: &BlockExperimentArguments, context: &Context) -> an
     if let Some(level) = arguments.snr_db.iter().find(|s| s.is_nan() || **s <= 0.0) {
         return Err(UsageError(format!("--snr-db {level}: expected more than 0 dB")).into());
     }
-    let staged = arguments.out.as_ref().map(|out| StagedFolder::new(out, arguments.force)).transpose()?;
+    let staged = arguments
+        .out
+        .as_ref()
+        .map(|out| StagedFolder::new(out, Kind::Experiment, arguments.force))
+        .transpose()?;
     let settings = StudySettings {
         seeds: arguments.seeds,
         first_seed: arguments.first_seed,

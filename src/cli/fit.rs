@@ -1,6 +1,6 @@
 //! `fit`: a bundle → modulus, restraint, and a folder with a page, `fit.json`, tables and VTK files.
 
-use super::{Context, Exit, Outcome, StagedFolder, UsageError};
+use super::{Context, Exit, Kind, Outcome, StagedFolder, UsageError};
 use crate::dataset::read_bundle;
 use crate::fem::Order;
 use crate::inverse::published::{Variant, fit_recording};
@@ -28,7 +28,7 @@ pub(super) struct FitArguments {
     /// Where to write; by default the bundle's name with "-fit", in the current folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Replace DIR even if this program did not make it
+    /// Replace whatever is at DIR; without it only an earlier fit
     #[arg(long)]
     force: bool,
     /// How the fit is made
@@ -112,7 +112,7 @@ pub(super) fn run(arguments: &FitArguments, context: &Context) -> anyhow::Result
     let spinner = context.progress.spinner("reading");
     let (recording, suspicions) = read_bundle(&arguments.bundle)?;
     let destination = arguments.out.clone().unwrap_or_else(|| beside(&arguments.bundle, "fit"));
-    let folder = StagedFolder::new(&destination, arguments.force)?;
+    let folder = StagedFolder::new(&destination, Kind::Fit, arguments.force)?;
     let mut fitted = match variant {
         None => fit(&recording, &settings, &mut |stage| spinner.label(&said(stage)))?,
         Some(variant) => {

@@ -53,4 +53,4 @@ pub use outcome::{Context, Exit, Outcome, UsageError};
 pub use progress::{Bar, Progress};
 pub use run::run;
 pub use side::{Bound, Region, RegionError, Side};
-pub use staged::{StagedError, StagedFile, StagedFolder};
+pub use staged::{Kind, StagedError, StagedFile, StagedFolder};

@@ -3,7 +3,7 @@
 use super::planned::PlannedArguments;
 use super::recorded_run::{How, MESH, passed_s, record, told};
 use super::run_watch::Watch;
-use super::{Context, Exit, Outcome, StagedFolder};
+use super::{Context, Exit, Kind, Outcome, StagedFolder};
 use crate::dataset::{FromSession, read_mesh, read_planned_pokes, read_sessions, write_bundle};
 use crate::observation::{PlannedPoke, Poke, Recording};
 use crate::report::write_pokes;
@@ -40,7 +40,7 @@ pub(super) struct PokeArguments {
     /// Clear a fault that the stage has latched: somebody has looked at the bench
     #[arg(long)]
     clear: bool,
-    /// Replace BUNDLE even if this program did not make it
+    /// Replace whatever is at BUNDLE
     #[arg(long)]
     force: bool,
 }
@@ -55,7 +55,7 @@ pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Resul
     let mesh_file = first.folder().join(MESH);
     let mesh = read_mesh(&mesh_file)
         .with_context(|| format!("{}: the session keeps no mesh", mesh_file.display()))?;
-    let bundle = StagedFolder::new(&arguments.out, arguments.force)?;
+    let bundle = StagedFolder::new(&arguments.out, Kind::Recording, arguments.force)?;
     let into = arguments.into.clone().unwrap_or_else(|| beside(&arguments.session));
     let mut sessions = vec![first.clone()];
     for number in 1.. {

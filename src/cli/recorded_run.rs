@@ -81,6 +81,7 @@ pub(super) fn record(
     let writer = if goes_on {
         SessionWriter::continue_session(folder, start)?
     } else {
+        std::fs::create_dir_all(parent).with_context(|| format!("{}: can't be made", parent.display()))?;
         let writer = SessionWriter::create(folder, start)?;
         keep_mesh(&mesh, folder)?;
         writer
@@ -278,8 +279,9 @@ fn stops(rig: &RigFile, stage: &dyn Stage) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Refuses a disk that is too full.
+/// Refuses a disk that is too full. Folders on the way to the session may still have to be made.
 fn room(folder: &Path, bytes: f64) -> anyhow::Result<()> {
+    let folder = folder.ancestors().find(|place| place.is_dir()).unwrap_or(Path::new("."));
     let disk =
         rustix::fs::statvfs(folder).with_context(|| format!("{}: can't be looked at", folder.display()))?;
     let free = disk.f_bavail as f64 * disk.f_frsize as f64;

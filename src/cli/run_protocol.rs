@@ -6,7 +6,7 @@ use super::run_watch::Watch;
 use super::{Context, Exit, Outcome, UsageError};
 use crate::acquire::CheckedPlan;
 use crate::session::{Outcome as SessionOutcome, Session, utc_text};
-use anyhow::{Context as _, bail};
+use anyhow::bail;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -66,13 +66,7 @@ pub(super) fn run(arguments: &RunArguments, context: &Context) -> anyhow::Result
     planned.plan([0.0, 0.0]).checked()?;
     let folder = match &arguments.out {
         Some(folder) => folder.clone(),
-        None => {
-            let folder = default_folder(planned.protocol.name());
-            let parent = folder.parent().unwrap_or(Path::new("."));
-            std::fs::create_dir_all(parent)
-                .with_context(|| format!("{}: can't be made", parent.display()))?;
-            folder
-        }
+        None => default_folder(planned.protocol.name()),
     };
     if !arguments.resume && folder.exists() {
         bail!("{}: is there already; name a folder that is not, or pass --resume", folder.display());
@@ -129,7 +123,7 @@ pub(super) fn said(folder: &Path, recorded: &RecordedRun) -> Outcome {
             });
             let text = format!(
                 "stopped after {} of {steps} steps: {}\n{sent}; {}\n\
-                 the stage stays latched: look at the bench, then run with --clear",
+                 the stage stays latched: look at the bench, then go on with the same command and --resume --clear",
                 ran.steps,
                 told(stopped, ran),
                 whereabouts(stopped)

@@ -2,7 +2,7 @@
 //! recording bundle.
 
 use super::recorded_run::MESH;
-use super::{Exit, Outcome, StagedFolder};
+use super::{Exit, Kind, Outcome, StagedFolder};
 use crate::dataset::{read_mesh, read_sessions, write_bundle};
 use crate::session::{Finding, Info, Outcome as SessionOutcome, Session, recover};
 use anyhow::{Context as _, bail};
@@ -59,7 +59,7 @@ pub(super) struct ExportArguments {
     /// The phantom's mesh; by default the one that the session keeps
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
-    /// Replace folders even if this program did not make them
+    /// Replace whatever is there; without it only earlier tables
     #[arg(long)]
     force: bool,
 }
@@ -197,7 +197,7 @@ fn export(arguments: &ExportArguments) -> anyhow::Result<Outcome> {
     let mut told = Vec::new();
     let mut remarks = Vec::new();
     if let Some(folder) = &arguments.csv {
-        let staged = StagedFolder::new(folder, arguments.force)?;
+        let staged = StagedFolder::new(folder, Kind::Tables, arguments.force)?;
         let files = session.export_csv(staged.path())?.len();
         staged.finish()?;
         told.push(format!("{}: {files} tables", folder.display()));
@@ -209,7 +209,7 @@ fn export(arguments: &ExportArguments) -> anyhow::Result<Outcome> {
             bail!("{}: the session keeps no mesh; name one with --mesh", mesh.display());
         }
         let from = read_sessions(&sessions, read_mesh(&mesh)?)?;
-        let staged = StagedFolder::new(folder, arguments.force)?;
+        let staged = StagedFolder::new(folder, Kind::Recording, arguments.force)?;
         write_bundle(&from.recording, staged.path()).context("the bundle")?;
         staged.finish()?;
         told.push(format!("{}: {} pokes", folder.display(), from.recording.pokes.len()));

@@ -2,7 +2,8 @@
 //!
 //! Results are written into a staging folder beside their destination and renamed into place at the end. An
 //! error drops the staging folder; Ctrl-C removes all of them and exits with 130. A result folder carries the
-//! file [`MARK`]; only a folder that has it, or `--force`, is replaced.
+//! file [`MARK`], which says what it is. What can be made again from a recording is replaced by its own kind; a recording,
+//! and whatever else is there, only with `--force`.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,14 +13,58 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// The file by which this program knows a result folder of its own.
 const MARK: &str = ".phantom-rig";
 
+/// What a result folder holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A recording: it cannot be made again.
+    Recording,
+    /// A fit.
+    Fit,
+    /// A diagnosis.
+    Diagnosis,
+    /// The tables of an experiment.
+    Experiment,
+    /// A session's tables.
+    Tables,
+    /// Files of this program that are needed only while it runs.
+    Scratch,
+}
+
+impl Kind {
+    /// What it is called.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Recording => "recording",
+            Self::Fit => "fit",
+            Self::Diagnosis => "diagnosis",
+            Self::Experiment => "experiment",
+            Self::Tables => "tables",
+            Self::Scratch => "scratch",
+        }
+    }
+
+    fn mark(self) -> String {
+        format!("written by phantom-rig {}: {}\n", env!("CARGO_PKG_VERSION"), self.word())
+    }
+
+    /// Whether a folder holds what one of this kind may replace.
+    fn may_replace(self, folder: &Path) -> bool {
+        let Ok(mark) = std::fs::read_to_string(folder.join(MARK)) else { return false };
+        let said = mark.trim_end().rsplit_once(": ").map(|(_, kind)| kind);
+        self != Self::Recording && said == Some(self.word())
+    }
+}
+
 /// Why results could not be put in place.
 #[derive(Debug, thiserror::Error)]
 pub enum StagedError {
     /// The destination is taken.
-    #[error("{} exists and was not written by phantom-rig; choose another place or pass --force", place.display())]
+    #[error("{} exists, and is nothing that a new {} replaces; choose another place or pass --force", place.display(), kind.word())]
     Taken {
         /// The destination.
         place: PathBuf,
+        /// What was to be put there.
+        kind: Kind,
     },
     /// The destination file exists.
     #[error("{} exists; choose another name or pass --force", place.display())]
@@ -84,21 +129,20 @@ pub struct StagedFolder {
 }
 
 impl StagedFolder {
-    /// Prepares a result folder for `destination`. A folder that is there already is replaced at the end when
-    /// this program made it, when it is empty, or when `force` is given.
+    /// Prepares a result folder for `destination`. A folder that is there already is replaced at the end when it is an earlier result
+    /// of the same kind, but for recordings, when it is empty, or when `force` is given.
     ///
     /// # Errors
     /// The destination is taken or can't be written to.
-    pub fn new(destination: &Path, force: bool) -> Result<Self, StagedError> {
+    pub fn new(destination: &Path, kind: Kind, force: bool) -> Result<Self, StagedError> {
         let is_empty = || destination.read_dir().is_ok_and(|mut entries| entries.next().is_none());
         let exists = destination.symlink_metadata().is_ok();
-        if exists && !(force || destination.join(MARK).is_file() || is_empty()) {
-            return Err(StagedError::Taken { place: destination.to_owned() });
+        if exists && !(force || kind.may_replace(destination) || is_empty()) {
+            return Err(StagedError::Taken { place: destination.to_owned(), kind });
         }
         let staging = Staging::beside(destination)?;
         let mark = staging.folder.join(MARK);
-        let content = concat!("written by phantom-rig ", env!("CARGO_PKG_VERSION"), "\n");
-        std::fs::write(&mark, content).map_err(|e| system(&mark, "written", e))?;
+        std::fs::write(&mark, kind.mark()).map_err(|e| system(&mark, "written", e))?;
         Ok(Self { staging, destination: destination.to_owned() })
     }
 
@@ -190,7 +234,10 @@ impl Staging {
         let mut list = staged();
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let folder = parent.join(format!(".{name}.partial-{}-{count}", std::process::id()));
-        std::fs::create_dir(&folder).map_err(|e| system(&folder, "made", e))?;
+        std::fs::create_dir(&folder).map_err(|e| match e.kind() {
+            io::ErrorKind::NotFound => system(parent, "written into", e),
+            _ => system(&folder, "made", e),
+        })?;
         list.push(folder.clone());
         Ok(Self { folder })
     }
@@ -227,7 +274,7 @@ mod tests {
         let place = tempfile::tempdir().expect("a temporary folder");
         let result = place.path().join("result");
         for content in ["first", "second"] {
-            let staged = StagedFolder::new(&result, false).expect("free or ours");
+            let staged = StagedFolder::new(&result, Kind::Fit, false).expect("free or ours");
             fs::write(staged.path().join(content), content).expect("writable");
             staged.finish().expect("movable");
             assert_eq!(names(place.path()), ["result"]);
@@ -239,14 +286,35 @@ mod tests {
     fn an_abandoned_result_leaves_nothing_and_spoils_nothing() {
         let place = tempfile::tempdir().expect("a temporary folder");
         let result = place.path().join("result");
-        drop(StagedFolder::new(&result, false).expect("free"));
+        drop(StagedFolder::new(&result, Kind::Fit, false).expect("free"));
         drop(StagedFile::new(&result, false).expect("free"));
         assert_eq!(names(place.path()), [""; 0]);
-        let kept = StagedFolder::new(&result, false).expect("free");
+        let kept = StagedFolder::new(&result, Kind::Fit, false).expect("free");
         kept.finish().expect("movable");
-        fs::write(StagedFolder::new(&result, false).expect("ours").path().join("half"), "")
+        fs::write(StagedFolder::new(&result, Kind::Fit, false).expect("ours").path().join("half"), "")
             .expect("writable");
         assert_eq!(names(&result), [MARK]);
+    }
+
+    #[test]
+    fn a_recording_is_never_replaced_unasked() {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let result = place.path().join("result");
+        let make = |kind| StagedFolder::new(&result, kind, false).and_then(StagedFolder::finish);
+        make(Kind::Diagnosis).expect("free");
+        make(Kind::Diagnosis).expect("the same again");
+        for kind in [Kind::Fit, Kind::Recording, Kind::Tables] {
+            assert!(matches!(make(kind), Err(StagedError::Taken { .. })), "{kind:?} over a diagnosis");
+        }
+        StagedFolder::new(&result, Kind::Recording, true).expect("by force").finish().expect("movable");
+        fs::write(result.join("force.csv"), "an afternoon").expect("writable");
+        for kind in [Kind::Fit, Kind::Recording, Kind::Diagnosis] {
+            assert!(matches!(make(kind), Err(StagedError::Taken { .. })), "{kind:?} over a recording");
+        }
+        // As earlier versions marked theirs: nobody knows what it is.
+        fs::write(result.join(MARK), "written by phantom-rig 0.1.0\n").expect("writable");
+        assert!(matches!(make(Kind::Fit), Err(StagedError::Taken { .. })));
+        assert_eq!(names(&result), [MARK, "force.csv"]);
     }
 
     #[test]
@@ -255,12 +323,12 @@ mod tests {
         let folder = place.path().join("thesis");
         fs::create_dir(&folder).expect("writable");
         fs::write(folder.join("chapter.tex"), "years").expect("writable");
-        assert!(matches!(StagedFolder::new(&folder, false), Err(StagedError::Taken { .. })));
+        assert!(matches!(StagedFolder::new(&folder, Kind::Fit, false), Err(StagedError::Taken { .. })));
         assert_eq!(names(&folder), ["chapter.tex"]);
         let file = folder.join("chapter.tex");
         assert!(matches!(StagedFile::new(&file, false), Err(StagedError::Exists { .. })));
         assert!(matches!(StagedFile::new(&folder, true), Err(StagedError::Exists { .. })));
-        StagedFolder::new(&folder, true).expect("by force").finish().expect("movable");
+        StagedFolder::new(&folder, Kind::Fit, true).expect("by force").finish().expect("movable");
         assert_eq!(names(&folder), [MARK]);
     }
 
@@ -268,6 +336,9 @@ mod tests {
     fn a_place_that_does_not_exist_is_named() {
         let error = StagedFile::new(Path::new("/no/such/folder/mesh.msh"), false).expect_err("nowhere");
         assert!(error.to_string().contains("/no/such/folder"), "{error}");
-        assert!(matches!(StagedFolder::new(Path::new("a/.."), true), Err(StagedError::NoName { .. })));
+        assert!(matches!(
+            StagedFolder::new(Path::new("a/.."), Kind::Fit, true),
+            Err(StagedError::NoName { .. })
+        ));
     }
 }

@@ -59,10 +59,13 @@ impl ForceFormat {
 
     /// Force (N) and torque (N·m) in the sensor's frame.
     pub fn wrench(&self, counts: [i32; 6]) -> [f64; 6] {
-        std::array::from_fn(|i| {
-            let scale = if i < 3 { self.counts_per_newton } else { self.counts_per_newton_metre };
-            f64::from(counts[i]) / scale
-        })
+        let scale = self.scale();
+        std::array::from_fn(|i| f64::from(counts[i]) / scale[i])
+    }
+
+    /// Counts per newton of each force, per newton metre of each torque.
+    pub fn scale(&self) -> [f64; 6] {
+        std::array::from_fn(|i| if i < 3 { self.counts_per_newton } else { self.counts_per_newton_metre })
     }
 }
 

@@ -74,7 +74,7 @@ fn a_run_that_is_stopped_goes_on_and_becomes_one_recording() {
 fn stopped_and_gone_on_with() {
     let place = tempfile::tempdir().expect("a folder");
     let at = |name: &str| place.path().join(name);
-    let (rig, protocol, session) = (rig(place.path(), &[]), protocol(place.path()), at("session"));
+    let (rig, protocol, session) = (rig(place.path(), &[]), protocol(place.path()), at("sessions/monday"));
     let (rig, protocol, session) = (utf8(&rig), utf8(&protocol), utf8(&session));
 
     let svg = at("plan.svg");
@@ -121,6 +121,8 @@ fn stopped_and_gone_on_with() {
     let bundle = at("bundle");
     let (code, text, stderr) = run(&["session", "export", session, "--bundle", utf8(&bundle)]);
     assert!(code == 3 && text.contains("poke 2 was not finished; it is left out"), "{text}{stderr}");
+    let (code, _, stderr) = run(&["session", "export", session, "--bundle", utf8(&bundle)]);
+    assert!(code == 1 && stderr.contains("--force"), "a recording is not replaced unasked: {stderr}");
     let (before, _) = read_bundle(&bundle).expect("a bundle");
     assert_eq!(before.pokes.len(), 3);
     // The press that was stopped is in no poke and in no rest: nothing pushes outside of pokes.

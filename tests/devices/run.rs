@@ -6,7 +6,8 @@ use crate::run_bench::{bench, mounting, sensor, start_document};
 use crate::steady::steady;
 use firmware_proto::ResetCause;
 use phantom_rig::acquire::{
-    Cause, Conduct, Doing, Instruments, Latch, Operator, Phase, Plan, Protocol, Ran, Watched, conduct,
+    AcquireError, Cause, Conduct, Doing, Instruments, Latch, Operator, Phase, Plan, Protocol, Ran, Watched,
+    conduct,
 };
 use phantom_rig::clock::{HostTime, Rows};
 use phantom_rig::dataset::read_sessions;
@@ -131,6 +132,43 @@ fn run_into(
     fault: impl FnOnce(Reach<'_>) + Send,
 ) -> (Ran, NativeStageTruth, NativeStageTruth) {
     let mut rig = rig();
+    let wanted = if pressing { Phase::Press } else { Phase::Hold };
+    let (ran, writer) = conducted(&mut rig, session, limit_n, |reach, watched| {
+        let end = HostTime::now() + PATIENCE;
+        loop {
+            let now = watched.now();
+            let deep = now.depth_m.is_some_and(|d| d > 5e-4);
+            if now.doing == Doing::Leg(wanted) && deep {
+                assert!(now.losses.received > 0 && !now.trace.is_empty(), "{now:?}");
+                return fault(reach);
+            }
+            if now.doing == Doing::Done || HostTime::now() > end {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    });
+    let ran = ran.expect("a zero");
+    let outcome = match &ran.stopped {
+        None => Outcome::Success,
+        Some(stopped) => Outcome::Abort { cause: stopped.tripped.cause.to_string() },
+    };
+    // A disk that failed says so here again.
+    let _ = writer.finish(outcome, ran.losses, HostTime::now());
+    // A stage that hears nothing any more stops when its lease runs out.
+    std::thread::sleep(2 * LEASE);
+    let truth = rig.stage_emulator.truth();
+    std::thread::sleep(Duration::from_millis(300));
+    (ran, truth, rig.stage_emulator.truth())
+}
+
+/// Runs the protocol, while `meanwhile` happens on a thread of its own.
+fn conducted(
+    rig: &mut Rig,
+    session: &Path,
+    limit_n: f64,
+    meanwhile: impl FnOnce(Reach<'_>, &Watched) + Send,
+) -> (Result<Ran, AcquireError>, SessionWriter) {
     let bench = bench(limit_n);
     let protocol = Protocol::parse("two.toml", PROTOCOL, &[]).expect("sound");
     let plan = |at: [f64; 2]| Plan::new(protocol.name(), &protocol.expand(), &bench, at).checked();
@@ -158,37 +196,11 @@ fn run_into(
     };
     let ran = std::thread::scope(|scope| {
         let watched = &watched;
-        scope.spawn(move || {
-            let wanted = if pressing { Phase::Press } else { Phase::Hold };
-            let end = HostTime::now() + PATIENCE;
-            loop {
-                let now = watched.now();
-                let deep = now.depth_m.is_some_and(|d| d > 5e-4);
-                if now.doing == Doing::Leg(wanted) && deep {
-                    assert!(now.losses.received > 0 && !now.trace.is_empty(), "{now:?}");
-                    return fault(reach);
-                }
-                if now.doing == Doing::Done || HostTime::now() > end {
-                    return;
-                }
-                std::thread::sleep(Duration::from_millis(5));
-            }
-        });
+        scope.spawn(move || meanwhile(reach, watched));
         let instruments = Instruments { stage: &mut rig.stage, force: &mut rig.force, markers: None };
-        let ran = conduct(instruments, &doing, &writer);
-        ran.expect("a zero")
+        conduct(instruments, &doing, &writer)
     });
-    let outcome = match &ran.stopped {
-        None => Outcome::Success,
-        Some(stopped) => Outcome::Abort { cause: stopped.tripped.cause.to_string() },
-    };
-    // A disk that failed says so here again.
-    let _ = writer.finish(outcome, ran.losses, HostTime::now());
-    // A stage that hears nothing any more stops when its lease runs out.
-    std::thread::sleep(2 * LEASE);
-    let truth = rig.stage_emulator.truth();
-    std::thread::sleep(Duration::from_millis(300));
-    (ran, truth, rig.stage_emulator.truth())
+    (ran, writer)
 }
 
 impl After {
@@ -306,6 +318,24 @@ fn too_much_force_stops_the_stage_within_the_overshoot_and_takes_the_tip_out() {
         assert!(sent < Duration::from_millis(200), "{sent:?}");
         // 4 mm/s and 1 m/s²: 8 µm, and 4 µm for each millisecond of latency.
         assert!(stopped.overshoot_m < 1e-3, "{} m", stopped.overshoot_m);
+    });
+}
+
+/// A hand on the tip that comes and goes while the zero is taken: it is tried again, and nothing moves.
+#[test]
+fn no_zero_is_taken_while_something_touches_the_tip() {
+    steady(|| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut rig = rig();
+        let start = rig.stage_emulator.truth().position_m;
+        let (ran, _) = conducted(&mut rig, &folder.path().join("session"), 3.0, |reach, _| {
+            for force_n in [0.2_f64, 0.0].repeat(20) {
+                reach.push.store(force_n.to_bits(), Ordering::Relaxed);
+                std::thread::sleep(Duration::from_millis(70));
+            }
+        });
+        assert!(matches!(ran, Err(AcquireError::NotAtRest { axis: 2, moved }) if moved > 0.1), "{ran:?}");
+        assert_eq!(rig.stage_emulator.truth().position_m, start);
     });
 }
 

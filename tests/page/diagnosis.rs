@@ -175,12 +175,12 @@ fn every_kind_of_diagnosis_shows_without_a_network() {
     ];
     let settings = json!({"quick": true, "bundle": "<b>x</b>"});
     let settings = settings.as_object().expect("an object");
+    let Some(mut browser) = browser::start(SCREEN.0, SCREEN.1) else {
+        println!("skipped: no Chromium");
+        return;
+    };
     for (kind, diagnosis) in kinds {
         let text = diagnosis_page(&diagnosis, &recording, settings).expect("a page");
-        let Some(mut browser) = browser::start(SCREEN.0, SCREEN.1) else {
-            println!("skipped: no Chromium");
-            return;
-        };
         let folder = synthetic::kept_folder(&format!("diagnosis-{kind}"));
         let file = folder.join("diagnosis.html");
         fs::write(&file, text).expect("a file");

@@ -24,6 +24,8 @@ use std::time::Duration;
 const STANDS: Duration = Duration::from_secs(2);
 /// What is recorded after a stop.
 const AFTERMATH: Duration = Duration::from_millis(300);
+/// So often a zero is tried where the sensor does not rest.
+const ZEROS: usize = 3;
 /// A height is the clearance within this (m).
 const AGREED_M: f64 = 5e-5;
 /// A stage that stands says so within this time.
@@ -209,15 +211,28 @@ fn zeroed(
     recorder: &mut Recorder,
 ) -> Result<Zero, AcquireError> {
     let mut own = writer.recorder();
-    let zero = zero(force, |records| {
-        own.force(records, HostTime::now());
-    })?;
+    let load = &conduct.bench.load;
+    let scale = force.format().scale();
+    let limits = std::array::from_fn(|a| scale[a] * if a < 3 { load.force_n[a] } else { load.torque_nm });
+    let mut left = ZEROS;
+    let zero = loop {
+        let zero = zero(force, |records| {
+            own.force(records, HostTime::now());
+        })?;
+        left -= 1;
+        match zero.restless(limits) {
+            None => break zero,
+            Some(axis) if left == 0 => {
+                return Err(AcquireError::NotAtRest { axis, moved: zero.moved[axis] / scale[axis] });
+            }
+            Some(_) => {}
+        }
+    };
     recorder.event(event(
         "zero",
         None,
-        json!({"mean_counts": zero.mean, "sd_counts": zero.sd, "records": zero.records}),
+        json!({"mean_counts": zero.mean, "sd_counts": zero.sd, "moved_counts": zero.moved, "records": zero.records}),
     ));
-    let load = &conduct.bench.load;
     let reads = force.format().wrench(zero.mean.map(|c| c.round() as i32));
     for (axis, reads) in reads.into_iter().enumerate() {
         let (limit, range) = (if axis < 3 { load.force_n[axis] } else { load.torque_nm }, load.range[axis]);

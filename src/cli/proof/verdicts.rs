@@ -5,7 +5,7 @@
 
 use super::folder::{read, read_sums, replace, write_sums};
 use super::{ProofError, ProofFolder, Sums, digest, hex};
-use crate::cli::{Bar, StagedFolder};
+use crate::cli::{Bar, Kind, StagedFolder};
 use crate::report::scorecard::Said;
 use anyhow::Context as _;
 use serde::{Deserialize, Serialize};
@@ -82,7 +82,7 @@ pub(in crate::cli) fn make_verdicts(
 fn make(folder: &ProofFolder, draw: &str, making: Making) -> anyhow::Result<()> {
     let Making { jobs, pages, quick } = making;
     let place = std::env::temp_dir().join(format!("phantom-rig-{}-{draw}", std::process::id()));
-    let copy = StagedFolder::new(&place, false)?;
+    let copy = StagedFolder::new(&place, Kind::Scratch, false)?;
     let bundle = copy.path().join("recording");
     copy_bundle(&folder.recording(draw), &bundle)?;
     let program = std::env::current_exe().context("can't find this program")?;

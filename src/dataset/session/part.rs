@@ -89,8 +89,8 @@ pub(super) fn read_part(part: &Session, remarks: &mut Vec<String>) -> Result<Opt
             continue;
         }
         let counts: [f64; 6] = std::array::from_fn(|i| f64::from(record.counts[i]) - zero.1[i]);
-        let scale = |i: usize| if i < 3 { format.counts_per_newton } else { format.counts_per_newton_metre };
-        let (force, torque) = sensor.on_phantom(std::array::from_fn(|i| counts[i] / scale(i)));
+        let scale = format.scale();
+        let (force, torque) = sensor.on_phantom(std::array::from_fn(|i| counts[i] / scale[i]));
         means.take(time_s, [force.x, force.y, force.z, torque.x, torque.y, torque.z]);
     }
     let mut frames: Vec<(f64, Vec<MarkerPosition>)> = Vec::new();
