@@ -2,7 +2,7 @@
 
 use super::contacts::{Contact, Placed, Stroke, contact, inside, placed, strokes};
 use super::rows::{Means, Spans};
-use super::times::Arrivals;
+use super::times::{Arrivals, lateness};
 use crate::clock::{DeviceClock, HostTime};
 use crate::dataset::DatasetError;
 use crate::device::{MarkerPosition, Mounting, SensorMounting};
@@ -151,8 +151,14 @@ fn stage_path(
                 .to_owned(),
         );
     }
+    let mut late_s = 0.0;
+    if let Some(clock) = &clock {
+        let probes: Vec<_> = session.clock_probes().collect::<Result<_, _>>()?;
+        let of_stage = probes.into_iter().filter(|probe| probe.device == "stage");
+        late_s = lateness(of_stage, clock, origin).unwrap_or_default();
+    }
     let time = |(device, host): (Option<f64>, f64)| match (clock, device) {
-        (Some(clock), Some(device)) => clock.host_s(device),
+        (Some(clock), Some(device)) => clock.host_s(device) - late_s,
         _ => host,
     };
     let mut placed: Vec<Placed> =

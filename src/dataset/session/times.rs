@@ -1,6 +1,7 @@
 //! When was a report or a record: its device's count on the host's clock, in seconds from an origin.
 
 use crate::clock::{DeviceClock, HostTime};
+use crate::session::ClockProbe;
 
 /// A count that falls back by more than this tells of a device that was reset (s): records that come late are not so late.
 const BACK_S: f64 = 1.0;
@@ -10,6 +11,8 @@ const AHEAD_S: f64 = 60.0;
 const STRETCH_S: f64 = 2.0;
 const SELDOM: f64 = 0.2;
 const SLIPPED_S: f64 = 0.02;
+/// Counts after which a counter begins anew.
+const WRAP: f64 = 4_294_967_296.0;
 /// Of each span of so long only the promptest arrival is kept (s).
 const SPAN_S: f64 = 0.1;
 
@@ -77,9 +80,62 @@ impl Arrivals {
     }
 }
 
+/// By how long (s) even the promptest report of `clock` is late: as long as its bytes take on the line. A device's count in an answer was
+/// read after the question was sent and before the answer had arrived, which bounds it from both sides; of several answers the narrowest
+/// bounds count. In the middle between them, since question and answer take about as long; none without answers that agree.
+pub(super) fn lateness(
+    probes: impl IntoIterator<Item = ClockProbe>,
+    clock: &DeviceClock,
+    origin: HostTime,
+) -> Option<f64> {
+    let [mut least, mut most] = [0.0, f64::INFINITY];
+    for probe in probes {
+        let [sent, received] = [probe.sent, probe.received].map(|time| time.seconds_after(origin));
+        // A count that wraps: of all that show the same, the one of that time.
+        let about = (0.5 * (sent + received) - clock.host_s(0.0)) / clock.rate() * probe.tick_hz;
+        let wraps = ((about - probe.device_ticks as f64) / WRAP).round();
+        let line = clock.host_s((probe.device_ticks as f64 + wraps * WRAP) / probe.tick_hz);
+        least = f64::max(least, line - received);
+        most = f64::min(most, line - sent);
+    }
+    (least <= most && most.is_finite()).then_some(0.5 * (least + most))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Reports take 4 ms to 30 ms, a question 1 ms and its answer 2 ms at least; the count wraps in between.
+    #[test]
+    fn reports_are_as_late_as_questions_and_answers_say() {
+        let origin = HostTime::from_nanos(5_000_000_000);
+        let at = |us: u64| HostTime::from_nanos(5_000_000_000 + us * 1000);
+        let count = |us: u64| (u32::MAX - 3_000_000).wrapping_add(us as u32);
+        let mut arrivals = Arrivals::new(1e-6, origin);
+        let mut first_s = None;
+        for n in 0..500_u64 {
+            let us = n * 20_000;
+            let device_s = arrivals.next(count(us), at(us + 4000 + (n * 7919) % 26_000));
+            first_s.get_or_insert(device_s);
+        }
+        let clock = arrivals.clock().expect("steady");
+        let probe = |us: u64, waited: u64| ClockProbe {
+            device: "stage".to_owned(),
+            sent: at(us - 1000 - waited),
+            received: at(us + 2000 + 2 * waited),
+            device_ticks: count(us).into(),
+            tick_hz: 1e6,
+        };
+        let probes = [probe(1_000_000, 40_000), probe(2_500_000, 0), probe(7_000_000, 3000)];
+        let late_s = lateness(probes.clone(), &clock, origin).expect("bounds");
+        // Between 4 − 2 ms and 4 + 1 ms.
+        assert!((late_s - 3.5e-3).abs() < 1e-4, "{late_s}");
+        assert!((clock.host_s(first_s.expect("reports")) - late_s).abs() < 6e-4);
+        assert_eq!(lateness([], &clock, origin), None);
+        // An answer from before its question was asked: nothing agrees with it.
+        let wrong = ClockProbe { sent: at(6_000_000), received: at(6_003_000), ..probes[1].clone() };
+        assert_eq!(lateness([probes[0].clone(), probes[1].clone(), wrong], &clock, origin), None);
+    }
 
     /// 1 kHz counts that wrap, delays of 1 ms to 30 ms and of 2 s at the start: device times fall on the true ones plus the least delay.
     #[test]
