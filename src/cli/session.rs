@@ -9,7 +9,7 @@ use anyhow::{Context as _, bail};
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What may be done with a session.
 #[derive(Debug, Subcommand)]
@@ -138,8 +138,18 @@ fn info(path: &SessionPath) -> anyhow::Result<Outcome> {
         "force": {"received": force.received, "lost": force.lost, "duplicated": force.duplicated, "reordered": force.reordered},
         "gaps": info.gaps.len(),
     });
-    let sound = matches!(info.outcome, Some(SessionOutcome::Success));
+    let whole = info.unreadable_bytes == 0;
+    if !whole {
+        let _ = write!(text, "\n{}", rescued(&path.session));
+    }
+    let sound = whole && matches!(info.outcome, Some(SessionOutcome::Success));
     Ok(Outcome { exit: if sound { Exit::Good } else { Exit::Degraded }, text, json })
+}
+
+/// What to do with a session that is damaged.
+fn rescued(session: &Path) -> String {
+    let name = session.display();
+    format!("Next: phantom-rig session recover {name} --out {name}-recovered saves what can be read")
 }
 
 fn ended(info: &Info) -> String {
@@ -159,7 +169,9 @@ fn verify(path: &SessionPath) -> anyhow::Result<Outcome> {
     let text = if told.is_empty() {
         format!("{name}: everything is there")
     } else {
-        format!("{name}:\n  {}", told.join("\n  "))
+        let damaged = findings.iter().any(|f| matches!(f, Finding::Damaged { .. } | Finding::NoStart { .. }));
+        let next = if damaged { format!("\n{}", rescued(&path.session)) } else { String::new() };
+        format!("{name}:\n  {}{next}", told.join("\n  "))
     };
     Ok(Outcome {
         exit: if told.is_empty() { Exit::Good } else { Exit::Degraded },

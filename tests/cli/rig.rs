@@ -131,6 +131,18 @@ fn stopped_and_gone_on_with() {
     let idle = rows.filter(|(t, _)| !within(**t)).map(|(_, f)| f[2].abs()).fold(0.0, f64::max);
     assert!(idle < 0.04, "{idle} N outside of pokes");
 
+    let torn = at("torn");
+    fs::create_dir(&torn).expect("writable");
+    fs::copy(Path::new(session).join("manifest.json"), torn.join("manifest.json")).expect("a copy");
+    let mut bytes = fs::read(Path::new(session).join("session.mcap")).expect("a file");
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 1000].fill(0);
+    fs::write(torn.join("session.mcap"), bytes).expect("writable");
+    for what in ["verify", "info"] {
+        let (code, text, stderr) = run(&["session", what, utf8(&torn)]);
+        assert!(code == 3 && text.contains("session recover"), "{what}: {code} {text}{stderr}");
+    }
+
     let again = at("again");
     let (code, text, stderr) = run(&["replay", session, "--out", utf8(&again)]);
     assert_eq!(code, 0, "{text}{stderr}");

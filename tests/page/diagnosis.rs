@@ -88,6 +88,16 @@ fn the_first_thing_is_a_sentence() {
     assert!(misfits(1.003, 0.998).contains("misfit falls from 1.003 to 0.998;"));
     assert!(misfits(1.00301, 1.00328).contains("misfit rises from 1.0030 to 1.0033;"));
     assert!(misfits(1.0, 1.0).contains("misfit stays at 1.00;"));
+    let mut small = readings::relaxation(&recording);
+    small.mismatch.p_value = 0.43;
+    let said = evidence(&small);
+    assert!(
+        said.contains(
+            "Taken as a whole it is no larger than noise and elements leave it in 43 % of recordings;"
+        ),
+        "{said}"
+    );
+    assert!(!said.contains("By chance"), "{said}");
     let nothing = readings::nothing(&recording);
     assert_eq!(
         conclusion(&nothing),

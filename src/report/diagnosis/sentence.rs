@@ -99,7 +99,13 @@ pub fn evidence(diagnosis: &Diagnosis) -> String {
             sentences.push(format!("The misfit shows{shows}."));
         }
         if mismatch.p_value.is_finite() {
-            sentences.push(format!("By chance it would be as large {}.", chance(mismatch.p_value)));
+            let often = chance(mismatch.p_value);
+            sentences.push(if mismatch.p_value < PLAIN {
+                format!("By chance it would be as large {often}.")
+            } else {
+                // An entry's own test looks only where the entry would show, and sees what drowns in the sum of everything.
+                format!("Taken as a whole it is no larger than noise and elements leave it {often}; it shows where this reading expects it.")
+            });
         }
     } else if mismatch.p_value.is_finite() {
         let often = chance(mismatch.p_value);
@@ -172,6 +178,9 @@ fn digits(value: f64, count: usize) -> String {
     };
     format!("{value:.decimals$}", decimals = count.saturating_sub(whole))
 }
+
+/// A misfit as large as this by chance (share of recordings) is plain as a whole.
+const PLAIN: f64 = 0.05;
 
 fn chance(p: f64) -> String {
     if p < 1e-4 {
