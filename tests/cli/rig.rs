@@ -13,7 +13,7 @@ use std::process::{Command, Stdio};
 const PROTOCOL: &str = "format = \"phantom-protocol/1\"\nname = \"three\"\n[defaults]\nspeed_mm_s = 4\npause_s = 1\nhold_s = 1\n\
     [[step]]\nkind = \"ask\"\ntext = \"Ready?\"\n\
     [[step]]\nkind = \"poke\"\nsite_mm = [50, 75, 25]\ndepth_mm = 2\nrepeats = 2\n\
-    [[step]]\nkind = \"poke\"\nsite_mm = [60, 75, 25]\nuntil_force_n = 0.3\ndepth_limit_mm = 4\n";
+    [[step]]\nkind = \"poke\"\nsite_mm = [60, 75, 25]\nuntil_force_n = 0.3\ndepth_limit_mm = 4\nspeed_mm_s = 1\n";
 
 /// A rig like that of `rigs/sim.toml`, patient enough for a machine that stands still now and then.
 fn rig(place: &Path, change: &[(&str, &str)]) -> PathBuf {
