@@ -47,6 +47,7 @@ fn main() {
     let (theirs, mark) = (Arc::clone(&pushes), Arc::clone(&felt_ns));
     let sensor = NetFtEmulator::start(
         NetFtSetup { range: [30.0, 30.0, 60.0, 0.5, 0.5, 0.5], ..NetFtSetup::default() },
+        HostTime::now(),
         move |_| {
             if !theirs.load(Ordering::Relaxed) {
                 return [0.0; 6];
@@ -57,7 +58,7 @@ fn main() {
     )
     .expect("loopback");
     let emulator =
-        NativeStageEmulator::start(NativeStageSetup::default(), |_| {}).expect("a pseudo-terminal");
+        NativeStageEmulator::start(NativeStageSetup::default(), |_, _| {}).expect("a pseudo-terminal");
     let mut stage = NativeStage::connect(&NativeOptions::new(emulator.port())).expect("a stage");
     let settings = NetFtSettings {
         http_port: sensor.http_port(),

@@ -188,6 +188,11 @@ impl Controller {
         [0, 1].map(|axis| self.counters[axis].saturating_sub(self.zero[axis]))
     }
 
+    /// How long a motion goes on without a word from the host (µs).
+    pub fn lease_us(&self) -> u32 {
+        self.lease_us
+    }
+
     /// Lets time pass; a lease that runs out does so at its own tick, not at the end of the step.
     fn pass(&mut self, now_us: u32) {
         let step = now_us.wrapping_sub(self.now_us);

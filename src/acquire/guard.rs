@@ -15,6 +15,8 @@ use std::time::Duration;
 const WAIT: Duration = Duration::from_millis(2);
 /// Share of a limit by which more force than before stops the tip on its way out.
 const MARGIN: f64 = 0.1;
+/// A sensor's clock may run slower than the host's by this share: no quartz is so far off.
+const CREEP: f64 = 1e-3;
 /// Room for records: more than a socket hands over between two looks.
 const ROOM: usize = 4096;
 
@@ -25,7 +27,7 @@ pub(super) struct Limits {
     pub(super) wrench: [f64; 6],
     /// Reading with nothing at the tip (counts).
     pub(super) zero: [f64; 6],
-    /// Longest silence.
+    /// Longest silence; as old a record may be, and for as long older ones are put up with.
     pub(super) silence: Duration,
     /// Most records in a row that may be lost.
     pub(super) gap: u32,
@@ -55,6 +57,33 @@ impl Window {
     }
 }
 
+/// How old records are when they arrive, beyond the youngest so far: by the sensor's clock, which no network holds up.
+#[derive(Debug)]
+struct Age {
+    tick_s: f64,
+    last: Option<ForceRecord>,
+    /// By how much the host's clock is ahead of the sensor's now, and was at least (s, from the first record).
+    ahead_s: f64,
+    least_s: f64,
+}
+
+impl Age {
+    fn new(format: &ForceFormat) -> Self {
+        Self { tick_s: 1.0 / format.tick_hz, last: None, ahead_s: 0.0, least_s: 0.0 }
+    }
+
+    /// Age of a record (s).
+    fn of(&mut self, record: &ForceRecord) -> f64 {
+        if let Some(last) = self.last.replace(*record) {
+            let passed_s = record.host.seconds_after(last.host);
+            let ticks = record.ft_sequence.wrapping_sub(last.ft_sequence) as i32;
+            self.ahead_s += passed_s - f64::from(ticks) * self.tick_s;
+            self.least_s = (self.least_s + CREEP * passed_s).min(self.ahead_s);
+        }
+        self.ahead_s - self.least_s
+    }
+}
+
 /// The judgement of one stream, record by record.
 #[derive(Debug)]
 struct Judge {
@@ -63,13 +92,24 @@ struct Judge {
     window: Window,
     tracker: SequenceTracker,
     frozen: u32,
+    age: Age,
+    /// Since when only old records have come.
+    old_since: Option<HostTime>,
     is_widened: bool,
 }
 
 impl Judge {
     fn new(limits: Limits, format: ForceFormat) -> Self {
-        let tracker = SequenceTracker::new(format.ticks_a_record());
-        Self { limits, format, window: Window::new(&limits, &format), tracker, frozen: 0, is_widened: false }
+        Self {
+            limits,
+            format,
+            window: Window::new(&limits, &format),
+            tracker: SequenceTracker::new(format.ticks_a_record()),
+            frozen: 0,
+            age: Age::new(&format),
+            old_since: None,
+            is_widened: false,
+        }
     }
 
     /// While the tip is taken out, what was reached on the way in is no reason to stop; more than that by a tenth of the limit is.
@@ -108,7 +148,16 @@ impl Judge {
             SequenceStep::First | SequenceStep::Next | SequenceStep::Gap(_) => self.frozen = 0,
             SequenceStep::Duplicate | SequenceStep::Late => {}
         }
-        (self.frozen > self.limits.frozen).then_some(Cause::SensorFrozen)
+        if self.frozen > self.limits.frozen {
+            return Some(Cause::SensorFrozen);
+        }
+        let age = Duration::from_secs_f64(self.age.of(record));
+        if age <= self.limits.silence {
+            self.old_since = None;
+            return None;
+        }
+        let since = *self.old_since.get_or_insert(record.host);
+        (record.host.since(since) > self.limits.silence).then(|| Cause::SensorLate { by_ms: millis(age) })
     }
 }
 
@@ -153,14 +202,17 @@ pub(super) fn watch(
                 let now = HostTime::now();
                 let silent = now.since(last);
                 if silent > judge.limits.silence && !judge.is_widened {
-                    let for_ms = u64::try_from(silent.as_millis()).unwrap_or(u64::MAX);
-                    latch.trip(Cause::SensorSilent { for_ms }, now);
+                    latch.trip(Cause::SensorSilent { for_ms: millis(silent) }, now);
                 }
             }
         }
         hand(&records);
     }
     Ok(())
+}
+
+fn millis(duration: Duration) -> u64 {
+    u64::try_from(duration.as_millis()).unwrap_or(u64::MAX)
 }
 
 #[cfg(test)]

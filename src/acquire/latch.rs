@@ -41,6 +41,11 @@ pub enum Cause {
         /// How long (ms).
         for_ms: u64,
     },
+    /// For too long only records came that were already old.
+    SensorLate {
+        /// How old, beyond the youngest so far (ms).
+        by_ms: u64,
+    },
     /// Too many records in a row never came.
     SensorGap {
         /// How many.
@@ -81,6 +86,7 @@ impl Cause {
             | Self::SensorFrozen
             | Self::SensorRestarted
             | Self::SensorSilent { .. }
+            | Self::SensorLate { .. }
             | Self::SensorGap { .. }
             | Self::SensorLost
             | Self::Recorder
@@ -109,6 +115,10 @@ impl fmt::Display for Cause {
                 f.write_str("the force sensor's stream began anew: another client, or the sensor restarted")
             }
             Self::SensorSilent { for_ms } => write!(f, "the force sensor said nothing for {for_ms} ms"),
+            Self::SensorLate { by_ms } => write!(
+                f,
+                "the force sensor's records arrive {by_ms} ms late: the network or this computer holds them up"
+            ),
             Self::SensorGap { records } => {
                 write!(f, "{records} records of the force sensor in a row were lost")
             }

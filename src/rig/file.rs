@@ -77,6 +77,7 @@ pub(super) struct ForceKeys {
     pub(super) range_n: [f64; 3],
     pub(super) range_nm: [f64; 3],
     pub(super) rate_hz: f64,
+    pub(super) buffered: Option<bool>,
     pub(super) silence_ms: u64,
     pub(super) gap_records: u32,
     pub(super) frozen_records: u32,

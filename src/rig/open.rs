@@ -101,9 +101,10 @@ impl RigFile {
         let stage: Box<dyn Stage> = match stage.controller {
             ControllerWord::Native => {
                 if is_simulated {
-                    let bench = bench_for("stage")?;
-                    let emulator =
-                        NativeStageEmulator::start(self.native_setup(), move |at| bench.stage_at(at));
+                    let path = bench_for("stage")?.stage();
+                    let emulator = NativeStageEmulator::start(self.native_setup(), move |time, at| {
+                        path.tell(time, at);
+                    });
                     simulated._native =
                         Some(emulator.map_err(|source| RigError::NoPort { device: "stage", source })?);
                 }
@@ -116,8 +117,9 @@ impl RigFile {
             }
             ControllerWord::Grbl => {
                 if is_simulated {
-                    let bench = bench_for("stage")?;
-                    let emulator = GrblEmulator::start(self.grbl_setup(), move |at| bench.stage_at(at));
+                    let path = bench_for("stage")?.stage();
+                    let emulator =
+                        GrblEmulator::start(self.grbl_setup(), move |time, at| path.tell(time, at));
                     simulated._grbl =
                         Some(emulator.map_err(|source| RigError::NoPort { device: "stage", source })?);
                 }
@@ -132,7 +134,7 @@ impl RigFile {
 
         let settings = if keys.force.address == SIMULATED {
             let bench = bench_for("force sensor")?;
-            let failure = Arc::clone(&simulated.failure);
+            let (begins, failure) = (bench.begins(), Arc::clone(&simulated.failure));
             let wrench = move |time_s: f64| {
                 bench.wrench(time_s).unwrap_or_else(|error| {
                     // The first stays. More than any sensor reads: it says itself that it is not to be trusted, and the run stops.
@@ -145,7 +147,7 @@ impl RigFile {
                 range: self.force_range(),
                 ..NetFtSetup::default()
             };
-            let emulator = NetFtEmulator::start(setup, wrench)
+            let emulator = NetFtEmulator::start(setup, begins, wrench)
                 .map_err(|source| RigError::NoPort { device: "force sensor", source })?;
             let settings = NetFtSettings {
                 http_port: emulator.http_port(),
@@ -157,7 +159,11 @@ impl RigFile {
         } else {
             NetFtSettings::at(keys.force.address.clone())
         };
-        let force = NetFt::open(&NetFtSettings { expected_rate_hz: Some(keys.force.rate_hz), ..settings })?;
+        let force = NetFt::open(&NetFtSettings {
+            expected_rate_hz: Some(keys.force.rate_hz),
+            buffered: keys.force.buffered.unwrap_or(false),
+            ..settings
+        })?;
 
         let markers: Option<Box<dyn MarkerSource>> = match &keys.markers {
             Some(source) if source.source == SIMULATED => Some(Box::new(bench_for("markers")?.markers())),

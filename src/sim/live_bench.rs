@@ -1,11 +1,11 @@
 //! The simulated bench between its emulated devices: the stage tells where it is, the sensor and the camera ask what that does.
 
 use super::SimError;
+use super::stage_path::{StagePath, StageTeller};
 use super::world::{Live, Phantom, World};
 use crate::clock::HostTime;
-use crate::device::{AXES, DeviceError, MarkerFrame, MarkerPosition, MarkerSource, Mounting, SensorMounting};
+use crate::device::{DeviceError, MarkerFrame, MarkerPosition, MarkerSource, Mounting, SensorMounting};
 use crate::mesh::TetMesh;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -13,12 +13,12 @@ use std::time::Duration;
 #[derive(Clone)]
 pub struct LiveBench {
     live: Arc<Mutex<Live>>,
-    /// Position of the stage (m), as bits.
-    position: Arc<[AtomicU64; AXES]>,
+    stage: StagePath,
     mounting: Mounting,
     sensor: SensorMounting,
     frame_rate_hz: f64,
-    /// Time of the bench when the sensor's clock begins (s).
+    /// When it began, and its own time then (s).
+    begins: HostTime,
     begins_s: f64,
 }
 
@@ -37,33 +37,45 @@ impl LiveBench {
         let phantom = Phantom::prepare(&world.phantom)?;
         let frame_rate_hz = world.instruments.frame_rate_hz;
         let live = Arc::new(Mutex::new(Live::new(world, &phantom, at_rest_s)?));
-        Ok(Self { live, position: Arc::default(), mounting, sensor, frame_rate_hz, begins_s: at_rest_s })
+        let (stage, begins) = (StagePath::default(), HostTime::now());
+        Ok(Self { live, stage, mounting, sensor, frame_rate_hz, begins, begins_s: at_rest_s })
     }
 
-    /// Takes the stage to a position (m).
-    pub fn stage_at(&self, position_m: [f64; AXES]) {
-        for (cell, value) in self.position.iter().zip(position_m) {
-            cell.store(value.to_bits(), Ordering::Relaxed);
-        }
+    /// When it began to go on in time.
+    pub fn begins(&self) -> HostTime {
+        self.begins
     }
 
-    /// What the sensor feels at a time (s since the sensor was switched on), in its own frame: N and N·m. Times must not go back.
+    /// For the emulated stage, to tell where it is.
+    pub fn stage(&self) -> StageTeller {
+        self.stage.teller()
+    }
+
+    /// What the sensor feels so many seconds after the [beginning](Self::begins), in its own frame: N and N·m. Times must not go back.
+    /// Waits until the stage has told where it was.
     ///
     /// # Errors
     /// [`SimError`]: equations without a solution.
     pub fn wrench(&self, time_s: f64) -> Result<[f64; 6], SimError> {
-        let position =
-            std::array::from_fn(|axis| f64::from_bits(self.position[axis].load(Ordering::Relaxed)));
-        let mut live = self.lock();
         let time_s = self.begins_s + time_s;
-        live.advance(time_s, self.mounting.tip_at(position).into())?;
+        let mut live = self.lock();
+        live.advance(time_s, |at_s| {
+            let time = self.begins + Duration::from_secs_f64((at_s - self.begins_s).max(0.0));
+            self.mounting.tip_at(self.stage.at(time)).into()
+        })?;
         Ok(self.sensor.sensed(live.wrench(time_s)))
     }
 
     /// Where the markers are, as a camera with a tracker would tell.
     pub fn markers(&self) -> SimulatedMarkers {
         let period = Duration::from_secs_f64(1.0 / self.frame_rate_hz);
-        SimulatedMarkers { bench: self.clone(), period, next: HostTime::now() + period, number: 0 }
+        SimulatedMarkers {
+            bench: self.clone(),
+            period,
+            next: HostTime::now() + period,
+            number: 0,
+            last_s: 0.0,
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, Live> {
@@ -78,6 +90,8 @@ pub struct SimulatedMarkers {
     period: Duration,
     next: HostTime,
     number: u32,
+    /// The bench's time at the last frame (s).
+    last_s: f64,
 }
 
 impl MarkerSource for SimulatedMarkers {
@@ -90,17 +104,24 @@ impl MarkerSource for SimulatedMarkers {
         if until < self.next {
             return Ok(None);
         }
-        let host = HostTime::now();
-        let seen = self.bench.lock().markers();
-        let markers =
-            seen.into_iter().map(|(marker, position_m)| MarkerPosition { marker, position_m }).collect();
-        let frame = MarkerFrame { host, number: self.number, markers };
+        let (now, number) = (HostTime::now(), self.number);
         // A frame that nobody fetched in time is lost, and its number with it.
-        while self.next <= host {
+        while self.next <= now {
             self.next = self.next + self.period;
             self.number += 1;
         }
-        Ok(Some(frame))
+        let mut live = self.bench.lock();
+        // The bench has come as far as the sensor has asked: what is seen is of that time. Where it has not gone on, there is nothing new.
+        let at_s = live.time_s();
+        if at_s <= self.last_s {
+            return Ok(None);
+        }
+        self.last_s = at_s;
+        let host = self.bench.begins + Duration::from_secs_f64((at_s - self.bench.begins_s).max(0.0));
+        let seen = live.markers();
+        let markers =
+            seen.into_iter().map(|(marker, position_m)| MarkerPosition { marker, position_m }).collect();
+        Ok(Some(MarkerFrame { host, number, markers }))
     }
 }
 

@@ -44,6 +44,7 @@ mod record;
 mod refinement;
 mod resolution;
 mod seed;
+mod stage_path;
 mod supports;
 mod timeline;
 mod truth;
@@ -62,6 +63,7 @@ pub use live_bench::{LiveBench, SimulatedMarkers};
 pub use random::draw;
 pub use record::record;
 pub use resolution::{RemainderResolution, Resolution};
+pub use stage_path::StageTeller;
 pub use supports::Restraint;
 pub use truth::{TrueRestraint, Truth};
 pub use world::{

@@ -55,8 +55,9 @@ impl Rig {
     fn with_options(setup: GrblSetup, options: impl Fn(&str) -> GrblOptions) -> Self {
         let tip = Arc::new(Mutex::new([f64::NAN; 2]));
         let seen = tip.clone();
-        let emulator = GrblEmulator::start(setup, move |position| *seen.lock().expect("no panic") = position)
-            .expect("a pseudo-terminal");
+        let emulator =
+            GrblEmulator::start(setup, move |_, position| *seen.lock().expect("no panic") = position)
+                .expect("a pseudo-terminal");
         let stage = GrblStage::connect(&options(emulator.port())).expect("a stage");
         Self { stage, tip, faults: emulator.faults(), _emulator: emulator }
     }
@@ -588,7 +589,7 @@ fn a_stop_outlives_the_program_that_made_it() {
             for moving in [false, true] {
                 let mut setup = bench(dialect);
                 setup.resets_on_open = false;
-                let emulator = GrblEmulator::start(setup, |_| {}).expect("a pseudo-terminal");
+                let emulator = GrblEmulator::start(setup, |_, _| {}).expect("a pseudo-terminal");
                 let mut first = GrblStage::connect(&options(emulator.port())).expect("a stage");
                 // The fault of having been stopped is nobody else's.
                 first.home().expect("homing starts");
@@ -672,7 +673,7 @@ fn a_controller_that_waits_for_a_reset_is_found() {
         setup.resets_on_open = false;
         setup.settings.insert(22, 0.0);
         setup.settings.insert(20, 0.0);
-        let emulator = GrblEmulator::start(setup, |_| {}).expect("a pseudo-terminal");
+        let emulator = GrblEmulator::start(setup, |_, _| {}).expect("a pseudo-terminal");
         let mut first = GrblStage::connect(&options(emulator.port())).expect("a stage");
         emulator.faults().hit_limit();
         let until = HostTime::now() + PATIENCE;
@@ -692,15 +693,15 @@ fn settings_that_do_not_serve_are_named() {
     steady(|| {
         let mut setup = bench(Hal);
         setup.settings.insert(13, 1.0);
-        let emulator = GrblEmulator::start(setup, |_| {}).expect("a pseudo-terminal");
+        let emulator = GrblEmulator::start(setup, |_, _| {}).expect("a pseudo-terminal");
         let error = GrblStage::connect(&options(emulator.port())).err().expect("reports in inches");
         assert!(error.to_string().contains("$13=1"), "{error}");
         let mut setup = bench(Classic);
         setup.settings.insert(1, 25.0);
-        let emulator = GrblEmulator::start(setup, |_| {}).expect("a pseudo-terminal");
+        let emulator = GrblEmulator::start(setup, |_, _| {}).expect("a pseudo-terminal");
         let error = GrblStage::connect(&options(emulator.port())).err().expect("motors go limp");
         assert!(error.to_string().contains("$1=25; expected 255"), "{error}");
-        let emulator = GrblEmulator::start(bench(Classic), |_| {}).expect("a pseudo-terminal");
+        let emulator = GrblEmulator::start(bench(Classic), |_, _| {}).expect("a pseudo-terminal");
         let asked = GrblOptions { axes: ['X', 'A'], ..options(emulator.port()) };
         let error = GrblStage::connect(&asked).err().expect("no axis A");
         assert!(matches!(error, DriverError::GrblAxes { .. }), "{error}");

@@ -21,7 +21,7 @@ const ZERO_M: f64 = 5e-6;
 const STEP_M: f64 = 0.625e-6;
 
 fn power(setup: NativeStageSetup) -> NativeStageEmulator {
-    NativeStageEmulator::start(setup, |_| {}).expect("a pseudo-terminal")
+    NativeStageEmulator::start(setup, |_, _| {}).expect("a pseudo-terminal")
 }
 
 /// A long lease and patience: tests that run beside others may have to wait for a processor.
@@ -74,8 +74,8 @@ fn it_homes_and_goes_where_it_is_told() {
     steady(|| {
         let seen = Arc::new(Mutex::new(Vec::new()));
         let told = Arc::clone(&seen);
-        let emulator = NativeStageEmulator::start(NativeStageSetup::default(), move |position| {
-            told.lock().expect("no panics").push((HostTime::now(), position));
+        let emulator = NativeStageEmulator::start(NativeStageSetup::default(), move |time, position| {
+            told.lock().expect("no panics").push((time, position));
         })
         .expect("a pseudo-terminal");
         let mut stage = homed(&options(&emulator));

@@ -34,7 +34,7 @@ fn settings(emulator: &NetFtEmulator) -> NetFtSettings {
 }
 
 fn emulate(setup: NetFtSetup) -> NetFtEmulator {
-    NetFtEmulator::start(setup, ramp).expect("an emulator")
+    NetFtEmulator::start(setup, HostTime::now(), ramp).expect("an emulator")
 }
 
 fn started(emulator: &NetFtEmulator) -> NetFt {
@@ -236,8 +236,9 @@ fn a_latched_threshold_stops_until_it_is_let_go() {
         let pressing = pressed.clone();
         let wrench =
             move |_| [0.0, 0.0, if pressing.load(Ordering::Relaxed) { 2.0 } else { 0.0 }, 0.0, 0.0, 0.0];
-        let emulator = NetFtEmulator::start(NetFtSetup { threshold_n: Some(1.0), ..calm() }, wrench)
-            .expect("an emulator");
+        let emulator =
+            NetFtEmulator::start(NetFtSetup { threshold_n: Some(1.0), ..calm() }, HostTime::now(), wrench)
+                .expect("an emulator");
         let mut sensor = started(&emulator);
         pressed.store(false, Ordering::Relaxed);
         let records = receive_until(&mut sensor, |_, r| r.last().is_some_and(|r| r.counts[2] == 0));
@@ -252,8 +253,8 @@ fn a_latched_threshold_stops_until_it_is_let_go() {
 #[test]
 fn a_bias_takes_the_reading_for_zero() {
     steady(|| {
-        let emulator =
-            NetFtEmulator::start(calm(), |_| [1.0, 2.0, 3.0, 0.01, 0.02, 0.03]).expect("an emulator");
+        let emulator = NetFtEmulator::start(calm(), HostTime::now(), |_| [1.0, 2.0, 3.0, 0.01, 0.02, 0.03])
+            .expect("an emulator");
         let mut sensor = started(&emulator);
         assert_eq!(
             receive(&mut sensor, 1)[0].counts,

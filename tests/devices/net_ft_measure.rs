@@ -26,7 +26,8 @@ fn processor_seconds(thread: &str) -> f64 {
 fn measure(buffered: bool, pause: Duration) {
     let seconds: f64 = std::env::var("NET_FT_SECONDS").map_or(60.0, |s| s.parse().expect("a number"));
     let emulator =
-        NetFtEmulator::start(NetFtSetup::default(), |t| [0.0, 0.0, t.sin(), 0.0, 0.0, 0.0]).expect("one");
+        NetFtEmulator::start(NetFtSetup::default(), HostTime::now(), |t| [0.0, 0.0, t.sin(), 0.0, 0.0, 0.0])
+            .expect("one");
     let settings = NetFtSettings {
         http_port: emulator.http_port(),
         rdt_port: emulator.rdt_port(),

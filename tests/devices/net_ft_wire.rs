@@ -21,7 +21,8 @@ struct Wire {
 impl Wire {
     /// A stream whose sensor answers so many requests at once, each with a first record.
     fn answering(requests: u32) -> Self {
-        let emulator = NetFtEmulator::start(NetFtSetup::default(), |_| [0.0; 6]).expect("an emulator");
+        let emulator =
+            NetFtEmulator::start(NetFtSetup::default(), HostTime::now(), |_| [0.0; 6]).expect("an emulator");
         let stream = UdpSocket::bind("127.0.0.1:0").expect("a socket");
         stream.set_read_timeout(Some(DEADLINE)).expect("a time-out");
         let settings = NetFtSettings {
@@ -208,7 +209,8 @@ fn a_sensor_that_is_not_there_is_reported_soon_and_by_its_address() {
 #[test]
 fn a_dropped_emulator_leaves_its_ports() {
     steady(|| {
-        let emulator = NetFtEmulator::start(NetFtSetup::default(), |_| [0.0; 6]).expect("an emulator");
+        let emulator =
+            NetFtEmulator::start(NetFtSetup::default(), HostTime::now(), |_| [0.0; 6]).expect("an emulator");
         let (rdt, http) = (emulator.rdt_port(), emulator.http_port());
         assert!(UdpSocket::bind(("127.0.0.1", rdt)).is_err());
         drop(emulator);

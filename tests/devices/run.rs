@@ -30,7 +30,7 @@ const STIFFNESS: f64 = 250.0;
 /// Records a second: a machine that runs other tests besides keeps up with these.
 const RATE_HZ: f64 = 1000.0;
 /// How long a motion goes on without a word: longer than usual, for a machine that runs other tests besides.
-const LEASE: Duration = Duration::from_millis(600);
+const LEASE: Duration = Duration::from_millis(1000);
 /// Longest wait for anything on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -70,7 +70,7 @@ fn rig() -> Rig {
         setup.ends_m[axis] = [-2e-3, high + 3e-3];
         setup.start_m[axis] = 2e-3;
     }
-    let stage_emulator = NativeStageEmulator::start(setup, move |at| {
+    let stage_emulator = NativeStageEmulator::start(setup, move |_, at| {
         theirs.iter().zip(at).for_each(|(cell, x)| cell.store(x.to_bits(), Ordering::Relaxed));
     })
     .expect("a pseudo-terminal");
@@ -81,7 +81,7 @@ fn rig() -> Rig {
     };
     let setup =
         NetFtSetup { rate_hz: RATE_HZ, range: [30.0, 30.0, 60.0, 0.5, 0.5, 0.5], ..NetFtSetup::default() };
-    let force_emulator = NetFtEmulator::start(setup, wrench).expect("loopback");
+    let force_emulator = NetFtEmulator::start(setup, HostTime::now(), wrench).expect("loopback");
     let stage =
         NativeStage::connect(&NativeOptions { lease: LEASE, ..NativeOptions::new(stage_emulator.port()) })
             .expect("a stage");
@@ -180,8 +180,8 @@ fn conducted(
     let doing = Conduct {
         plan: &plan,
         bench: &bench,
-        silence: Duration::from_millis(300),
-        gap: 100,
+        silence: LEASE,
+        gap: (RATE_HZ * LEASE.as_secs_f64()) as u32,
         frozen: 50,
         latch: &latch,
         watched: &watched,

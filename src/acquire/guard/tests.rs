@@ -191,6 +191,38 @@ fn a_lost_sensor_and_a_silent_one_stop_the_stage() {
     }
 }
 
+/// 7000 records a second, each so much later than it was felt: what matters is how old the latest is, not how many come at once.
+#[test]
+fn a_stream_that_falls_behind_stops_the_stage_and_one_that_catches_up_does_not() {
+    let judged = |late_ms: &dyn Fn(f64) -> f64| {
+        let mut judge = Judge::new(LIMITS, FORMAT);
+        (1..=14_000_u32).find_map(|n| {
+            let felt_s = f64::from(n) / 7000.0;
+            let arrives_ns = (felt_s * 1e9 + late_ms(felt_s) * 1e6) as u64;
+            let host = HostTime::from_nanos(1_000_000_000 + arrives_ns);
+            let cause =
+                judge.cause(&ForceRecord { host, ..record(n, n + 70, [1000, 0, -2_000_000, 0, 0, 0]) });
+            cause.map(|cause| (felt_s, cause))
+        })
+    };
+    // A clock that is 0.05 % slow, a network that varies, half a second of standing still after which all comes at once.
+    assert_eq!(judged(&|t| 0.5 * t), None);
+    assert_eq!(judged(&|t| 20.0 * (40.0 * t).sin().abs()), None);
+    assert_eq!(judged(&|t| if (1.0..1.5).contains(&t) { 1e3 * (1.5 - t) } else { 0.0 }), None);
+    // Records that are 30 ms old for longer than 30 ms.
+    match judged(&|t| if t < 1.0 { 3.0 } else { 34.0 }) {
+        Some((felt_s, Cause::SensorLate { by_ms: 30 })) => {
+            assert!((1.03..1.04).contains(&felt_s), "{felt_s}")
+        }
+        other => panic!("{other:?}"),
+    }
+    // A sender that keeps up with only 95 % of them.
+    match judged(&|t| 50.0 * t) {
+        Some((felt_s, Cause::SensorLate { .. })) => assert!((0.6..0.7).contains(&felt_s), "{felt_s}"),
+        other => panic!("{other:?}"),
+    }
+}
+
 /// After a stop at 5 N the way out may press as hard as before and a tenth of the limit more; a sensor that lies is no reason to stay.
 #[test]
 fn on_the_way_out_only_more_force_than_before_stops() {

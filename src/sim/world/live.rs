@@ -111,13 +111,15 @@ impl Live {
         self.instants as f64 * STEP_S
     }
 
-    /// Goes on until `time_s`, with the tip's centre at `tip_m` (m, phantom frame) as the stage reports it.
+    /// Goes on until `time_s`. `tip_m` says where the tip's centre is at a time (s, on from [`Live::time_s`]), as the stage reports it
+    /// (m, phantom frame); the last that it is asked for may be a step after `time_s`.
     ///
     /// # Errors
     /// [`SimError`]: equations without a solution.
-    pub fn advance(&mut self, time_s: f64, tip_m: [f64; 3]) -> Result<(), SimError> {
+    pub fn advance(&mut self, time_s: f64, tip_m: impl Fn(f64) -> [f64; 3]) -> Result<(), SimError> {
         while self.time_s() < time_s {
-            let contact = self.contact(Vec3::from(tip_m));
+            self.instants += 1;
+            let contact = self.contact(Vec3::from(tip_m(self.time_s())));
             let (force, loaded) = match &mut self.way {
                 Way::Small(carrier) => {
                     let (force, loads) = carrier.step(&self.body, contact.as_ref())?;
@@ -133,7 +135,6 @@ impl Live {
             while self.recent.len() > 1 + (lag(&self.world) / STEP_S).round() as usize {
                 self.recent.pop_front();
             }
-            self.instants += 1;
         }
         Ok(())
     }

@@ -26,11 +26,15 @@ pub struct GrblEmulator {
 }
 
 impl GrblEmulator {
-    /// Switches it on. `follow` is told each millisecond where the stage's two axes are (m, 0 at the upper limit switches).
+    /// Switches it on. `follow` is told where the stage's two axes were at a time (m, 0 at the upper limit switches), at least once for
+    /// each millisecond, on the emulator's own thread. Times never go back.
     ///
     /// # Errors
     /// What the operating system says to a pseudo-terminal or a thread more.
-    pub fn start(setup: GrblSetup, follow: impl FnMut([f64; 2]) + Send + 'static) -> io::Result<Self> {
+    pub fn start(
+        setup: GrblSetup,
+        follow: impl FnMut(HostTime, [f64; 2]) + Send + 'static,
+    ) -> io::Result<Self> {
         let cable = SerialEnd::new()?;
         let port = cable.path().to_owned();
         let (faults, ended) = (GrblFaults::default(), Arc::new(AtomicBool::new(false)));
@@ -67,7 +71,7 @@ fn run(
     setup: GrblSetup,
     faults: &GrblFaults,
     ended: &AtomicBool,
-    mut follow: impl FnMut([f64; 2]),
+    mut follow: impl FnMut(HostTime, [f64; 2]),
 ) {
     let mut rng = ChaCha8Rng::seed_from_u64(setup.seed);
     let resets_on_open = setup.resets_on_open;
@@ -81,8 +85,12 @@ fn run(
             Err(_) => return,
         };
         let now = HostTime::now();
-        machine.advance(now.since(last));
-        last = now;
+        while last < now {
+            let next = now.min(last + TICK);
+            machine.advance(next.since(last));
+            follow(next, machine.position_m());
+            last = next;
+        }
         let wrong = faults.take();
         if wrong.unplugged {
             return;
@@ -103,7 +111,6 @@ fn run(
         {
             machine.receive(&buffer[..count]);
         }
-        follow(machine.position_m());
         let output = machine.take_output();
         if open && !output.is_empty() && cable.write(&faults.pass(&output, &mut rng)).is_err() {
             return;

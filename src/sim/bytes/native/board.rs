@@ -13,6 +13,7 @@ use firmware_proto::{
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use std::time::Duration;
 
 /// Longest time between two looks at the switches (µs): 10 µm at 20 mm/s.
 const LOOK_US: u32 = 500;
@@ -72,7 +73,8 @@ impl Board {
         Ok(board)
     }
 
-    /// Lets time pass, then hears what was sent to the board meanwhile and appends what it has to say.
+    /// Lets time pass, then hears what was sent to the board meanwhile and appends what it has to say. `passing` is told of each part
+    /// of the time (µs since the beginning of the step) where the stage was at its end (m).
     pub(super) fn step(
         &mut self,
         elapsed_us: u32,
@@ -80,6 +82,7 @@ impl Board {
         faults: &NativeStageFaults,
         events: &Events,
         said: &mut Vec<u8>,
+        mut passing: impl FnMut(u32, [f64; AXES]),
     ) {
         if let Some(cause) = events.reset {
             self.reset(cause);
@@ -92,6 +95,7 @@ impl Board {
             self.pass(part_us, faults);
             self.hear(part_us);
             self.say(part_us, faults, said);
+            passing(elapsed_us - left_us, self.position_m());
         }
         if !faults.deaf {
             self.to_board.send(sent, faults);
@@ -123,6 +127,11 @@ impl Board {
 
     pub(super) fn tick_us(&self) -> u32 {
         self.tick_us
+    }
+
+    /// How long a motion goes on without a word from the host.
+    pub(super) fn lease(&self) -> Duration {
+        Duration::from_micros(self.controller.lease_us().into())
     }
 
     /// Whether time matters: something moves, or bytes are under way.
@@ -264,7 +273,7 @@ mod tests {
 
         fn step(&mut self, sent: &[u8], events: Events) -> Option<Response> {
             let mut said = Vec::new();
-            self.board.step(STEP_US, sent, &self.faults, &events, &mut said);
+            self.board.step(STEP_US, sent, &self.faults, &events, &mut said, |_, _| {});
             self.now_us += STEP_US;
             self.said.extend_from_slice(&said);
             let heard = said.iter().filter_map(|byte| self.host.hear(*byte));
@@ -400,7 +409,7 @@ mod tests {
 
     #[test]
     fn a_reset_forgets_everything_but_the_place() {
-        let setup = NativeStageSetup { boot: std::time::Duration::from_millis(20), ..Default::default() };
+        let setup = NativeStageSetup { boot: Duration::from_millis(20), ..Default::default() };
         let mut bench = Bench::new(setup);
         for _ in 0..40 {
             bench.step(&[], Events::default());

@@ -16,9 +16,11 @@ use std::time::Duration;
 const BUSY: Duration = Duration::from_micros(450);
 /// The same at rest.
 const AT_REST: Duration = Duration::from_millis(2);
-/// Longest time that passes at once. A computer that was busy elsewhere must not look like a controller that was: beyond this the stage's
-/// time stands still, and is made up for little by little, so that its clock still is one.
+/// Longest time that passes at once where the lease allows no more. A computer that was busy elsewhere must not look like a controller
+/// that was: beyond this the stage's time stands still, and is made up for little by little, so that its clock still is one.
 const MOST: Duration = Duration::from_millis(20);
+/// What is left of a long lease to a host that was held up together with the stage.
+const LEFT: Duration = Duration::from_millis(500);
 /// Share of the time that passes by which the stage's time is faster while it makes up for some.
 const FASTER: f64 = 0.5;
 
@@ -52,14 +54,14 @@ pub struct NativeStageEmulator {
 }
 
 impl NativeStageEmulator {
-    /// Gives power to a stage. `position` is told where it truly is (m) at first and whenever that has changed, more than 1000 times
-    /// a second while it moves, on the emulator's own thread.
+    /// Gives power to a stage. `position` is told where it truly was at a time (m), more than 1000 times for each second while it moves,
+    /// on the emulator's own thread. Times never go back; between two it went straight.
     ///
     /// # Errors
     /// What the operating system says of pseudo-terminals and threads, and a firmware's configuration that cannot be driven.
     pub fn start(
         setup: NativeStageSetup,
-        position: impl Fn([f64; AXES]) + Send + 'static,
+        position: impl FnMut(HostTime, [f64; AXES]) + Send + 'static,
     ) -> io::Result<Self> {
         let rate = 1.0 + setup.clock_ppm * 1e-6;
         let board = Board::new(setup).map_err(io::Error::other)?;
@@ -119,21 +121,21 @@ struct Run {
 }
 
 impl Run {
-    fn run(mut self, position: impl Fn([f64; AXES])) {
+    fn run(mut self, mut position: impl FnMut(HostTime, [f64; AXES])) {
         let (mut sent, mut said) = ([0; 1024], Vec::new());
         let mut truth = NativeStageTruth { position_m: self.board.position_m(), ..Default::default() };
-        position(truth.position_m);
         let mut last = HostTime::now();
+        position(last, truth.position_m);
         let (mut owed_us, mut emergency) = (0.0, None);
         while !self.ended.load(Ordering::Acquire) {
             let count = self.wait(&mut sent);
             let now = HostTime::now();
-            let passed = now.since(last).min(MOST);
-            truth.stood_still += now.since(last) - passed;
+            let waited = now.since(last);
+            let passed = waited.min(MOST.max(self.board.lease().saturating_sub(LEFT)));
+            truth.stood_still += waited - passed;
             let made_up = (truth.stood_still - truth.made_up).min(passed.mul_f64(FASTER));
             truth.made_up += made_up;
             let elapsed = passed + made_up;
-            last = now;
             owed_us += elapsed.as_secs_f64() * 1e6 * self.rate;
             let elapsed_us = owed_us as u32;
             owed_us -= f64::from(elapsed_us);
@@ -142,16 +144,16 @@ impl Run {
             if events.unplug {
                 self.ends = None;
             }
-            self.board.step(elapsed_us, &sent[..count], &faults, &events, &mut said);
+            self.board.step(elapsed_us, &sent[..count], &faults, &events, &mut said, |part_us, at| {
+                position(last + waited.mul_f64(f64::from(part_us) / f64::from(elapsed_us)), at);
+            });
             let at = self.board.position_m();
             let latched = self.board.emergency();
             if latched != emergency && latched.is_some() {
                 truth.latched = Some((now, at));
             }
             emergency = latched;
-            if at != truth.position_m {
-                position(at);
-            }
+            last = now;
             (truth.position_m, truth.gone_m, truth.patterns) =
                 (at, self.board.gone_m(), self.board.patterns());
             truth.clocks = Some((self.board.tick_us(), now));

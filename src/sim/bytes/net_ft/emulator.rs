@@ -15,8 +15,9 @@ use tokio::runtime::Builder;
 use tokio::sync::oneshot;
 use tokio::time::{sleep, timeout};
 
-/// Records sent at one go when the emulator has fallen behind: a receiver needs a moment to fetch them, as it would have had in life.
-const BURST: usize = 64;
+/// Records sent at one go when the emulator has fallen behind: a receiver needs a moment to fetch them, as it would have had in life. As
+/// many as are due in 28 ms, which is longer than most computers take to wake a thread.
+const BURST: usize = 200;
 
 /// Shortest wait between two goes.
 const BREATH: Duration = Duration::from_millis(1);
@@ -36,13 +37,14 @@ pub struct NetFtEmulator {
 }
 
 impl NetFtEmulator {
-    /// Powers up a sensor. `wrench` is asked for force and torque on it (N and N·m, sensor frame) at each record's own time, in seconds
-    /// after [`NetFtEmulator::power_up`]; times never go back.
+    /// Gives power to a sensor, whose clock stood at zero at `power_up`. `wrench` is asked for force and torque on it (N and N·m, sensor
+    /// frame) at each record's own time, in seconds after that; times never go back. Records wait for it, and requests too.
     ///
     /// # Errors
     /// What the operating system says of sockets and threads.
     pub fn start(
         setup: NetFtSetup,
+        power_up: HostTime,
         wrench: impl FnMut(f64) -> [f64; 6] + Send + 'static,
     ) -> io::Result<Self> {
         let runtime = Builder::new_current_thread().enable_io().enable_time().build()?;
@@ -53,7 +55,6 @@ impl NetFtEmulator {
         let (rdt_port, http_port) = (socket.local_addr()?.port(), listener.local_addr()?.port());
         let faults = NetFtFaultSwitch::default();
         let sensor = Sensor::new(setup, Box::new(wrench), faults.clone());
-        let power_up = HostTime::now();
         let (stop, stopped) = oneshot::channel();
         let thread = std::thread::Builder::new().name("net-ft-emulator".to_owned()).spawn(move || {
             runtime.block_on(serve(sensor, power_up, &socket, &listener, stopped));

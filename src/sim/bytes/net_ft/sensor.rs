@@ -153,7 +153,9 @@ impl Sensor {
             stream.left = stream.left.map(|left| left - 1);
             let (client, sequence, size, ended) =
                 (stream.client, stream.sequence, stream.size, stream.left == Some(0));
-            let reading = self.last.filter(|_| faults.frozen).unwrap_or_else(|| self.read(at, &faults));
+            // The world goes on though the gauges freeze.
+            let felt = self.read(at, &faults);
+            let reading = self.last.filter(|_| faults.frozen).unwrap_or(felt);
             self.last = Some(reading);
             append(&mut self.datagram, sequence, self.status, reading);
             if ended {
