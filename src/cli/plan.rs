@@ -4,12 +4,13 @@ use super::planned::{PlannedArguments, draw};
 use super::{Context, Exit, Outcome};
 use clap::Args;
 use serde_json::json;
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 /// Prints and draws what a protocol will do on a rig, and checks all of it.
 ///
 /// Travel, speed and acceleration of the stage, sites on the phantom, ways clear of it, depths, predicted forces and what a stop
-/// would still add, rest between pokes. Everything that speaks against it is listed; then the exit code is 1. Opens no device.
+/// would still add, rest between pokes, and whether the phantom's mesh is there. Everything that speaks against it is listed; then the exit code is 1. Opens no device.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig plan rigs/protocols/five-pokes.toml --rig rigs/sim.toml
@@ -28,7 +29,11 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
     if let Some(file) = &arguments.draw {
         draw(&plan, &planned.bench, file)?;
     }
-    let table = plan.table();
+    let missing = planned.rig.mesh().filter(|mesh| !mesh.is_file());
+    let mut table = plan.table();
+    if let Some(mesh) = &missing {
+        let _ = write!(table, "\nThe phantom's mesh is missing: {}", mesh.display());
+    }
     let json = json!({
         "format": "phantom-plan/1",
         "name": plan.name,
@@ -36,8 +41,9 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
         "duration_s": plan.duration_s,
         "data_bytes": plan.data_bytes(),
         "violations": plan.violations.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "missing_mesh": missing,
         "drawing": arguments.draw,
     });
-    let exit = if plan.violations.is_empty() { Exit::Good } else { Exit::Failed };
+    let exit = if plan.violations.is_empty() && missing.is_none() { Exit::Good } else { Exit::Failed };
     Ok(Outcome { exit, text: table, json })
 }

@@ -72,7 +72,7 @@ pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Resul
         let session = make(arguments, left, &so_far, &into, sessions.len(), first.start(), context)?;
         sessions.push(session);
     }
-    let FromSession { recording, remarks } = read_sessions(&sessions, mesh)?;
+    let FromSession { recording, remarks, .. } = read_sessions(&sessions, mesh)?;
     write_bundle(&recording, bundle.path())?;
     bundle.finish()?;
     let pokes = recording.pokes.len();

@@ -41,6 +41,8 @@ pub(super) struct How {
 pub(super) struct RecordedRun {
     pub(super) ran: Ran,
     pub(super) stop: StopDocument,
+    /// When it began, and what the clock of a simulated bench showed then (s).
+    pub(super) began: (HostTime, Option<f64>),
 }
 
 /// What is left over of a disk, whatever a session needs (bytes).
@@ -60,6 +62,11 @@ pub(super) fn record(
 ) -> anyhow::Result<RecordedRun> {
     let parent = folder.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let spinner = context.progress.spinner("opening the devices");
+    if how.watch == Watch::Lines {
+        let simulated =
+            if bench.is_some() { "; to prepare a simulated phantom takes some seconds" } else { "" };
+        eprintln!("  the devices are opened{simulated}");
+    }
     let mut devices = planned.rig.open(bench, how.at_rest_s)?;
     at_rest(devices.stage.as_mut(), how.clear)?;
     if how.clear {
@@ -77,7 +84,7 @@ pub(super) fn record(
     }
     drop(spinner);
 
-    let start = start_document(planned, &devices);
+    let (start, began) = (start_document(planned, &devices), HostTime::now());
     let writer = if goes_on {
         SessionWriter::continue_session(folder, start)?
     } else {
@@ -109,7 +116,7 @@ pub(super) fn record(
         Some(stopped) => format!("{}; {}", told(stopped, &ran), whereabouts(stopped)),
         None => "the plan was carried out; the session did not reach the disk".to_owned(),
     })?;
-    Ok(RecordedRun { ran, stop })
+    Ok(RecordedRun { ran, stop, began: (began, devices.simulated_time_s(began)) })
 }
 
 /// What became of the stage and the tip after a stop.

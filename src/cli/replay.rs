@@ -69,7 +69,14 @@ pub(super) fn run(arguments: &ReplayArguments) -> anyhow::Result<Outcome> {
         streams.into_iter().filter(|&topic| !same(&session, &again, topic)).map(Topic::name).collect();
     let name = arguments.out.display();
     let text = if differing.is_empty() {
-        format!("{name}: the same force, stage and markers, record for record")
+        let info = again.info()?;
+        let records = |topic: Topic| info.topics.get(&topic).map_or(0, |extent| extent.records);
+        format!(
+            "{name}: {} force records, {} reports of the stage and {} frames of markers, the same one by one",
+            records(Topic::Force),
+            records(Topic::Stage),
+            records(Topic::Markers)
+        )
     } else {
         format!("{name}: {} differ from what was recorded", differing.join(", "))
     };

@@ -105,7 +105,7 @@ fn default_folder(protocol: &str) -> PathBuf {
 
 /// What a run has to say.
 pub(super) fn said(folder: &Path, recorded: &RecordedRun) -> Outcome {
-    let RecordedRun { ran, stop } = recorded;
+    let RecordedRun { ran, stop, .. } = recorded;
     let plan = ran.plan.as_ref().map(CheckedPlan::plan);
     let (pokes, steps) = plan.map_or((0, 0), |plan| (plan.pokes(), plan.steps.len()));
     let lost = ran.losses.lost + ran.losses.malformed + stop.dropped.values().sum::<u64>();

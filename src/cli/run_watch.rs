@@ -57,13 +57,18 @@ pub(super) fn watch(
     let title = Title { text: title.to_owned(), limit_n };
     let screen = if by == Watch::Screen { Screen::open().ok() } else { None };
     let mut lines = Lines { last: None };
+    let answer = |status: &RunStatus| {
+        let asked = agree && status.doing == Doing::Asking;
+        if asked {
+            operator.agree();
+        }
+        asked
+    };
     match screen {
         Some(mut screen) => {
             while !over() {
                 let status = watched.now();
-                if agree && status.doing == Doing::Asking {
-                    operator.agree();
-                }
+                answer(&status);
                 screen.show(&title, &status);
                 screen.keys(operator, latch);
             }
@@ -71,10 +76,8 @@ pub(super) fn watch(
         None => {
             while !over() {
                 let status = watched.now();
-                if agree && status.doing == Doing::Asking {
-                    operator.agree();
-                }
-                if by != Watch::Silent {
+                // What is answered at once waits for nobody.
+                if !answer(&status) && by != Watch::Silent {
                     lines.show(&status);
                 }
                 std::thread::sleep(PICTURE);

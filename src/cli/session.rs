@@ -5,7 +5,7 @@ use super::recorded_run::MESH;
 use super::{Exit, Kind, Outcome, StagedFolder};
 use crate::dataset::{read_mesh, read_sessions, write_bundle};
 use crate::session::{Finding, Info, Outcome as SessionOutcome, Session, recover};
-use anyhow::{Context as _, bail};
+use anyhow::{Context as _, anyhow, bail};
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -182,7 +182,9 @@ fn verify(path: &SessionPath) -> anyhow::Result<Outcome> {
 
 fn rescue(arguments: &RecoverArguments) -> anyhow::Result<Outcome> {
     let recovery = recover(&arguments.path.session, &arguments.out)?;
-    let mut text = format!("{}: saved", arguments.out.display());
+    let saved = recovery.segments.iter().any(|loss| !loss.saved.is_empty());
+    let what = if saved { "saved" } else { "nothing but the start document could be saved" };
+    let mut text = format!("{}: {what}", arguments.out.display());
     let mut whole = true;
     for (number, loss) in (1..).zip(&recovery.segments) {
         whole &= loss.is_none();
@@ -220,7 +222,14 @@ fn export(arguments: &ExportArguments) -> anyhow::Result<Outcome> {
         if !mesh.exists() {
             bail!("{}: the session keeps no mesh; name one with --mesh", mesh.display());
         }
-        let from = read_sessions(&sessions, read_mesh(&mesh)?)?;
+        let from = read_sessions(&sessions, read_mesh(&mesh)?).map_err(|error| {
+            let error = anyhow::Error::new(error);
+            // Where a part cannot be read, what is missing may lie there.
+            match sessions.iter().find(|s| s.info().is_ok_and(|info| info.unreadable_bytes > 0)) {
+                Some(damaged) => anyhow!("{error:#}\n{}", rescued(damaged.folder())),
+                None => error,
+            }
+        })?;
         let staged = StagedFolder::new(folder, Kind::Recording, arguments.force)?;
         write_bundle(&from.recording, staged.path()).context("the bundle")?;
         staged.finish()?;

@@ -140,17 +140,17 @@ pub(super) fn suspicions(recording: &Recording) -> Vec<Suspicion> {
     found
 }
 
-/// Channels whose noise at rest is not the stated one. Without a stage the wrench may be a dead load that was
-/// written down, not measured: then it is exactly constant, and nothing is wrong.
+/// Channels whose noise at rest is not the stated one. A stage that counts its steps stands exactly still; and without a stage the wrench
+/// may be a dead load that was written down, not measured. What is exactly constant there is nothing wrong.
 fn noise(recording: &Recording) -> Vec<Suspicion> {
-    let dead_load = |channel: &str, measured: f64| {
-        recording.stage.is_none() && measured == 0.0 && ["force", "torque"].contains(&channel)
+    let exact = |channel: &str, measured: f64| {
+        measured == 0.0 && (channel == "stage" || recording.stage.is_none() && channel != "marker")
     };
     rest_noise(recording)
         .channels()
         .filter(|(channel, noise)| {
             let believed =
-                |i: usize| NOISE_RATIOS.contains(&noise.ratio()[i]) || dead_load(channel, noise.measured[i]);
+                |i: usize| NOISE_RATIOS.contains(&noise.ratio()[i]) || exact(channel, noise.measured[i]);
             noise.degrees_of_freedom >= NOISE_DEGREES_OF_FREEDOM && !(0..3).all(believed)
         })
         .map(|(channel, noise)| Suspicion::Noise { channel, stated: noise.stated, measured: noise.measured })

@@ -13,6 +13,13 @@ pub(super) const FORMAT: &str = "phantom-rig/1";
 /// In place of a port, an address or a file: the simulated bench has it.
 pub(super) const SIMULATED: &str = "simulated";
 
+/// Longest time from a force to its record, and from a stop to the motors (ms).
+const LONGEST_MS: f64 = 1000.0;
+/// Thinnest tip (mm).
+const THINNEST_MM: f64 = 0.1;
+/// How far the length of a direction may be off: three digits are written down.
+const UNIT: f64 = 2e-3;
+
 /// The whole file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -167,14 +174,27 @@ impl RigKeys {
             }
         }
         let lasting = [
-            ("force.latency_ms", self.force.latency_ms),
-            ("stage.latency_ms", self.stage.latency_ms),
-            ("stage.rest_s", self.stage.rest_s),
+            ("force.latency_ms", self.force.latency_ms, LONGEST_MS, "0 to 1000"),
+            ("stage.latency_ms", self.stage.latency_ms, LONGEST_MS, "0 to 1000"),
+            ("stage.rest_s", self.stage.rest_s, f64::MAX, "0 or more"),
         ];
-        for (key, value) in lasting {
-            if !(value >= 0.0 && value.is_finite()) {
-                return wrong(key, value.to_string(), "0 or more");
+        for (key, value, most, expected) in lasting {
+            if !(0.0..=most).contains(&value) {
+                return wrong(key, value.to_string(), expected);
             }
+        }
+        if !(1..=10_000).contains(&self.force.silence_ms) {
+            return wrong("force.silence_ms", self.force.silence_ms.to_string(), "1 to 10000");
+        }
+        // A wrong unit: a tip of 8 mm is neither 0.008 nor 8000.
+        let widest = (0..3).map(|a| self.phantom.high_mm[a] - self.phantom.low_mm[a]).fold(0.0, f64::max);
+        if !(THINNEST_MM..=0.5 * widest).contains(&self.tip.radius_mm) {
+            let expected = "millimetres: 0.1 to half of the phantom's longest edge";
+            return wrong("tip.radius_mm", self.tip.radius_mm.to_string(), expected);
+        }
+        let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if self.stage.directions.iter().any(|direction| (length(direction) - 1.0).abs() > UNIT) {
+            return wrong("stage.directions", format!("{:?}", self.stage.directions), "vectors of length 1");
         }
         if let Some([low, high]) = self
             .stage

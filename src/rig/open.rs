@@ -3,6 +3,7 @@
 use super::file::ControllerWord;
 use super::simulation::SimulationKeys;
 use super::{RigError, RigFile, SIMULATED};
+use crate::clock::HostTime;
 use crate::device::{ForceSensor, MarkerSource, Stage};
 use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings};
 use crate::mesh::TetMesh;
@@ -44,7 +45,7 @@ pub struct Devices {
 /// The far ends of simulated ports. Dropped after the devices: their fields come first.
 #[derive(Default)]
 struct Simulated {
-    world: Option<World>,
+    bench: Option<(World, LiveBench)>,
     failure: Arc<OnceLock<SimError>>,
     _native: Option<NativeStageEmulator>,
     _grbl: Option<GrblEmulator>,
@@ -57,12 +58,17 @@ impl Devices {
         self.simulated.failure.get()
     }
 
+    /// What the clock of the simulated bench shows (s) at a time.
+    pub fn simulated_time_s(&self, at: HostTime) -> Option<f64> {
+        self.simulated.bench.as_ref().map(|(_, live)| live.time_s(at))
+    }
+
     /// The mesh of the simulated phantom.
     ///
     /// # Errors
     /// [`RigError`]: the phantom is not simulated.
     pub fn simulated_mesh(&self) -> Result<TetMesh, RigError> {
-        let world = self.simulated.world.as_ref().ok_or(RigError::NoSimulation)?;
+        let (world, _) = self.simulated.bench.as_ref().ok_or(RigError::NoSimulation)?;
         Ok(world.fit_mesh()?)
     }
 }
@@ -88,12 +94,15 @@ impl RigFile {
     /// [`RigError`]: a device that is not there, that answers otherwise, or whose settings do not serve; two devices on one port.
     pub fn open(&self, bench: Option<SimulatedBench>, at_rest_s: f64) -> Result<Devices, RigError> {
         let keys = &self.keys;
-        let world = bench.map(|bench| bench.world);
-        let prepare =
-            |world: &World| LiveBench::new(world.clone(), self.mounting(), self.sensor(), at_rest_s);
-        let bench = world.as_ref().map(prepare).transpose()?;
-        let mut simulated = Simulated { world, ..Simulated::default() };
-        let bench_for = |device: &'static str| bench.clone().ok_or(RigError::NoBench { device });
+        let prepare = |bench: SimulatedBench| {
+            let live = LiveBench::new(bench.world.clone(), self.mounting(), self.sensor(), at_rest_s)?;
+            Ok::<_, RigError>((bench.world, live))
+        };
+        let bench = bench.map(prepare).transpose()?;
+        let mut simulated = Simulated { bench: bench.clone(), ..Simulated::default() };
+        let bench_for = |device: &'static str| {
+            bench.as_ref().map(|(_, live)| live.clone()).ok_or(RigError::NoBench { device })
+        };
 
         let stage = &keys.stage;
         let port = |simulated: Option<&str>| simulated.map_or_else(|| stage.port.clone(), str::to_owned);

@@ -23,8 +23,8 @@ pub struct LiveBench {
 }
 
 impl LiveBench {
-    /// Prepares the phantom of a world and puts the stage in front of it, at zero; nothing has happened to it for `at_rest_s` seconds.
-    /// Takes seconds.
+    /// Prepares the phantom of a world and puts the stage in front of it, at zero; nothing has happened to it for `at_rest_s` seconds when
+    /// this is called, nor while it is prepared. Takes seconds.
     ///
     /// # Errors
     /// [`SimError`] as for [`World::record`].
@@ -34,16 +34,23 @@ impl LiveBench {
         sensor: SensorMounting,
         at_rest_s: f64,
     ) -> Result<Self, SimError> {
+        let called = HostTime::now();
         let phantom = Phantom::prepare(&world.phantom)?;
         let frame_rate_hz = world.instruments.frame_rate_hz;
-        let live = Arc::new(Mutex::new(Live::new(world, &phantom, at_rest_s)?));
+        let begins_s = at_rest_s + HostTime::now().since(called).as_secs_f64();
+        let live = Arc::new(Mutex::new(Live::new(world, &phantom, begins_s)?));
         let (stage, begins) = (StagePath::default(), HostTime::now());
-        Ok(Self { live, stage, mounting, sensor, frame_rate_hz, begins, begins_s: at_rest_s })
+        Ok(Self { live, stage, mounting, sensor, frame_rate_hz, begins, begins_s })
     }
 
     /// When it began to go on in time.
     pub fn begins(&self) -> HostTime {
         self.begins
+    }
+
+    /// The world's own time (s).
+    pub fn time_s(&self, at: HostTime) -> f64 {
+        self.begins_s + at.seconds_after(self.begins)
     }
 
     /// For the emulated stage, to tell where it is.

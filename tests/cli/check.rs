@@ -58,6 +58,23 @@ fn json_holds_the_same_for_programs() {
     assert!((ratio - ((dof + 1.0) / dof).sqrt()).abs() < 1e-12, "{ratio}");
 }
 
+/// A stepper reports its steps: 40 rows without the least noise. What varies by a thousandth of what is stated is another matter.
+#[test]
+fn a_stage_that_stands_exactly_still_is_not_suspected() {
+    for (noise_m, suspected) in [(0.0, false), (1e-8, true)] {
+        let folder = bundle(|r| {
+            r.rest_until_s = 2.0;
+            r.pokes.remove(0);
+            let stage = r.stage.as_mut().expect("a stage");
+            for (n, row) in stage.displacement_m[..40].iter_mut().enumerate() {
+                *row = [if n % 2 == 0 { noise_m } else { -noise_m }; 3];
+            }
+        });
+        let (_, stdout, _) = run(&["check", utf8(folder.path())]);
+        assert_eq!(stdout.contains("the stage's noise at rest"), suspected, "{stdout}");
+    }
+}
+
 #[test]
 fn gaps_in_pokes_are_counted() {
     let folder = bundle(|r| {

@@ -142,10 +142,14 @@ fn stopped_and_gone_on_with() {
         let (code, text, stderr) = run(&["session", what, utf8(&torn)]);
         assert!(code == 3 && text.contains("session recover"), "{what}: {code} {text}{stderr}");
     }
+    fs::write(torn.join("session.mcap"), []).expect("writable");
+    let saved = at("saved");
+    let (code, text, stderr) = run(&["session", "recover", utf8(&torn), "--out", utf8(&saved)]);
+    assert!(code == 3 && text.contains("nothing but the start document"), "{code} {text}{stderr}");
 
     let again = at("again");
     let (code, text, stderr) = run(&["replay", session, "--out", utf8(&again)]);
-    assert_eq!(code, 0, "{text}{stderr}");
+    assert!(code == 0 && text.contains(" force records, ") && !text.contains(" 0 "), "{code} {text}{stderr}");
     let replayed = at("replayed");
     run(&["session", "export", utf8(&again), "--bundle", utf8(&replayed)]);
     assert_eq!(read_bundle(&replayed).expect("a bundle").0, before, "a replay is the same recording");
@@ -179,6 +183,12 @@ fn what_cannot_be_run_is_refused_before_anything_moves() {
         (("clearance_mm = 5.0", "clearence_mm = 5.0"), "clearance_mm"),
         (("source = \"simulated\"", "source = \"/dev/video0\""), "no camera is driven yet"),
         (("latency_ms = 2.0", "latency_ms = 0.5"), "stage.latency_ms"),
+        (("latency_ms = 28.0", "latency_ms = 28000.0"), "force.latency_ms"),
+        (("radius_mm = 8.0", "radius_mm = 0.008"), "tip.radius_mm is 0.008; expected millimetres"),
+        (
+            ("[1.0, 0.0, 0.0],\n    [0.0, 0.0, -1.0]", "[2.0, 0.0, 0.0],\n    [0.0, 0.0, -1.0]"),
+            "vectors of length 1",
+        ),
     ] {
         let rig = rig(place.path(), &[change]);
         let arguments = ["run", utf8(&three), "--rig", utf8(&rig), "--yes", "--out", utf8(&session)];
@@ -186,9 +196,29 @@ fn what_cannot_be_run_is_refused_before_anything_moves() {
         assert!(code == 1 && stderr.contains(words), "{words}: {stdout}{stderr}");
         assert!(!session.exists(), "{words}");
     }
+    let without = rig(place.path(), &[("mesh = \"simulated\"", "mesh = \"gel.msh\"")]);
+    let (code, text, stderr) = run(&["plan", utf8(&three), "--rig", utf8(&without)]);
+    assert!(code == 1 && text.contains("mesh is missing") && text.contains("gel.msh"), "{text}{stderr}");
     let rig = rig(place.path(), &[]);
     let (code, _, stderr) = run(&["run", utf8(&three), "--rig", utf8(&rig), "--out", utf8(&session)]);
     assert!(code == 2 && stderr.contains("--yes"), "{stderr}");
+}
+
+/// Nothing but the meshes of phantoms that only their owners have is missing.
+#[test]
+fn the_protocols_that_come_with_the_program_can_be_run_on_its_benches() {
+    let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
+    for (rig, expected) in [("sim.toml", 0), ("bench-ati-native.toml", 1), ("bench-ati-grbl.toml", 1)] {
+        for protocol in ["five-pokes.toml", "demo.toml"] {
+            let (rig, protocol) = (rigs.join(rig), rigs.join("protocols").join(protocol));
+            let (code, text, stderr) = run(&["plan", utf8(&protocol), "--rig", utf8(&rig)]);
+            assert!(
+                code == expected && !text.contains("It can't be run"),
+                "{rig:?} {protocol:?}: {text}{stderr}"
+            );
+            assert_eq!(text.contains("mesh is missing"), expected == 1, "{text}");
+        }
+    }
 }
 
 #[test]

@@ -113,7 +113,8 @@ impl Layer<'_> {
 
         self.travel(line.above_m);
         self.stand(Phase::Rest, stroke.pause_s, None);
-        self.along(Phase::Approach, &line, [above, run_up], self.bench.approach_speed_m_s);
+        let down = self.allowed_m_s(line.at(run_up), self.bench.approach_speed_m_s);
+        self.along(Phase::Approach, &line, [above, run_up], down);
         let touches_s;
         let innermost_m;
         match stroke.profile {
@@ -134,7 +135,7 @@ impl Layer<'_> {
         }
         let leaves_s = self.time_s + self.time_on([innermost_m, run_up], back, innermost_m);
         self.along(Phase::Retreat, &line, [innermost_m, run_up], back);
-        self.go(Phase::Travel, line.above_m, self.bench.travel_speed_m_s, None);
+        self.travel_to(line.above_m);
         let contact = Contact {
             start_s: touches_s,
             end_s: leaves_s,
@@ -178,10 +179,24 @@ impl Layer<'_> {
 
     /// Up to the clearance above the phantom, aside, and down.
     fn travel(&mut self, to_m: [f64; AXES]) {
-        let speed_m_s = self.bench.travel_speed_m_s;
         for stop_m in [self.risen(self.at_m), self.risen(to_m), to_m] {
-            self.go(Phase::Travel, stop_m, speed_m_s, None);
+            self.travel_to(stop_m);
         }
+    }
+
+    fn travel_to(&mut self, to_m: [f64; AXES]) {
+        let speed_m_s = self.allowed_m_s(to_m, self.bench.travel_speed_m_s);
+        self.go(Phase::Travel, to_m, speed_m_s, None);
+    }
+
+    /// A speed in the phantom frame on the way to a position, or as much of it as every axis may go: where nothing is touched yet the
+    /// speed is nobody's wish.
+    fn allowed_m_s(&self, to_m: [f64; AXES], most_m_s: f64) -> f64 {
+        let target_m = rounded(to_m);
+        let way: [f64; AXES] = std::array::from_fn(|i| target_m[i] - self.at_m[i]);
+        let length_m = self.bench.mounting.moved_by(way).norm();
+        let allowed = (0..AXES).filter(|&i| way[i].abs() > NO_WAY_M);
+        allowed.map(|i| self.bench.limits.speed_m_s[i] * length_m / way[i].abs()).fold(most_m_s, f64::min)
     }
 
     /// A position with the second axis drawn back until the tip is at the clearance, if it is not.

@@ -114,6 +114,29 @@ fn travel_rises_before_it_goes_aside() {
     assert!(plan.steps[0].contact.is_none());
 }
 
+/// Where nothing is touched the tip goes as fast as the slower axis may; a press that is too fast is refused, not slowed down.
+#[test]
+fn travel_is_as_fast_as_the_axes_may_go() {
+    let mut limits = bench().limits;
+    limits.speed_m_s = [0.02, 0.004];
+    let slow = Bench { limits, ..bench() };
+    let plan = plan(&poke(""), &slow);
+    assert_eq!(plan.violations, []);
+    let legs = &plan.steps[0].legs;
+    let mut fastest = [0.0_f64; 2];
+    for leg in legs {
+        let Some(motion) = leg.motion else { continue };
+        let way: [f64; 2] = std::array::from_fn(|i| (motion.target_m[i] - leg.from_m[i]).abs());
+        let length = f64::hypot(way[0], way[1]);
+        for axis in 0..2 {
+            let speed = motion.speed_m_s * way[axis] / length;
+            assert!(speed <= limits.speed_m_s[axis] * (1.0 + 1e-9), "{leg:?}");
+            fastest[axis] = fastest[axis].max(speed);
+        }
+    }
+    assert!(near(fastest[1], 0.004) && fastest[0] > 0.015, "{fastest:?}");
+}
+
 /// An axis that goes up when the tip does, as a mill's: the same places, the other sign.
 #[test]
 fn the_second_axis_may_lead_out() {

@@ -2,6 +2,7 @@
 
 use super::contacts::{Contact, Placed, Stroke};
 use super::part::{Part, read_part};
+use crate::clock::HostTime;
 use crate::dataset::DatasetError;
 use crate::device::MarkerPosition;
 use crate::geometry::Vec3;
@@ -24,6 +25,8 @@ const LEAST: [f64; 3] = [1e-6, 1e-5, 1e-7];
 pub struct FromSession {
     /// The recording.
     pub recording: Recording,
+    /// When its time is zero.
+    pub zero: HostTime,
     /// What was left out or is doubtful, for people.
     pub remarks: Vec<String>,
 }
@@ -94,7 +97,7 @@ pub fn read_sessions(sessions: &[Session], mesh: TetMesh) -> Result<FromSession,
         wrench,
         markers,
     };
-    Ok(FromSession { recording, remarks })
+    Ok(FromSession { recording, zero: rested.origin, remarks })
 }
 
 /// From the zero of one stretch to that of another (s). Monotonic clocks of one boot are the same; otherwise the wall clock has to do.

@@ -1,6 +1,7 @@
 //! What a session consists of: which phantom, what holds it, how it is poked, what watches it and what acts besides.
 
 use super::effect::Effect;
+use super::memory::Memory;
 use super::phantom::{PhantomPlan, Site};
 use crate::geometry::Vec3;
 use crate::observation::PlannedPoke;
@@ -73,6 +74,24 @@ pub struct Press {
 }
 
 impl World {
+    /// The same world on a clock that begins `later_s` seconds later: what has changed until then is as if it had always been so.
+    #[must_use]
+    pub fn later(mut self, later_s: f64) -> Self {
+        let rates = self.effects.iter().filter_map(|effect| match effect {
+            Effect::Memory(Memory::Drying { modulus_rate_per_s }) => Some(modulus_rate_per_s),
+            _ => None,
+        });
+        // Rates add up, and each is a share of the modulus at the beginning.
+        let grown = 1.0 + later_s * rates.sum::<f64>();
+        self.young_modulus_pa *= grown;
+        for effect in &mut self.effects {
+            if let Effect::Memory(Memory::Drying { modulus_rate_per_s }) = effect {
+                *modulus_rate_per_s /= grown;
+            }
+        }
+        self
+    }
+
     /// Adds a poke after the others. A place that the phantom does not have yet becomes one of its sites: sessions recorded on it
     /// before come out alike but for what the bench's own resolution gains there.
     ///

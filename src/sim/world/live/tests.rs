@@ -64,6 +64,28 @@ fn a_tip_that_keeps_to_the_plan_meets_the_same_phantom() {
     }
 }
 
+/// A gel that has dried for 100 s is another gel, which dries as fast in N/m a second but by another share of what it is.
+#[test]
+fn a_world_on_a_later_clock_is_the_same_world() {
+    let drying = Effect::Memory(Memory::Drying { modulus_rate_per_s: -0.0025 });
+    let world = world(vec![drying]);
+    let pressed = |world: World, at_rest_s: f64| {
+        let mut live = Live::new(world, phantom(), at_rest_s).expect("a bench");
+        let forces = (0..=200).map(|n| {
+            let tip = [0.0517, 0.0323, 0.0245 - 2e-5 * f64::from(n.min(100))];
+            live.advance(live.time_s() + 0.5, |_| tip).expect("steps");
+            live.wrench(live.time_s())[2]
+        });
+        forces.collect::<Vec<_>>()
+    };
+    let (dried, other) = (pressed(world.clone(), 100.0), pressed(world.clone().later(100.0), 0.0));
+    assert!(dried[150] < -0.05 && (dried[150] - dried[200]).abs() > 0.05 * dried[150].abs(), "{dried:?}");
+    for (a, b) in dried.iter().zip(other) {
+        assert!((a - b).abs() < 1e-9 * dried[150].abs(), "{a} N and {b} N");
+    }
+    assert_eq!(world.clone().later(0.0), world);
+}
+
 /// A bench on which nobody means to poke is one all the same.
 #[test]
 fn a_bench_without_pokes_goes_on_in_time() {
