@@ -15,8 +15,8 @@ use std::time::Duration;
 const WAIT: Duration = Duration::from_millis(2);
 /// Share of a limit by which more force than before stops the tip on its way out.
 const MARGIN: f64 = 0.1;
-/// A sensor's clock may run slower than the host's by this share: no quartz is so far off.
-const CREEP: f64 = 1e-3;
+/// A sensor's clock may run slower than the host's by this share: no two quartzes are so far apart.
+const CREEP: f64 = 2e-4;
 /// Room for records: more than a socket hands over between two looks.
 const ROOM: usize = 4096;
 
@@ -27,8 +27,10 @@ pub(super) struct Limits {
     pub(super) wrench: [f64; 6],
     /// Reading with nothing at the tip (counts).
     pub(super) zero: [f64; 6],
-    /// Longest silence; as old a record may be, and for as long older ones are put up with.
+    /// Longest silence; for as long records are put up with that are too old.
     pub(super) silence: Duration,
+    /// How old a record may be when it arrives, beyond the youngest so far.
+    pub(super) age: Duration,
     /// Most records in a row that may be lost.
     pub(super) gap: u32,
     /// Most records in a row with the sensor's clock standing.
@@ -152,7 +154,7 @@ impl Judge {
             return Some(Cause::SensorFrozen);
         }
         let age = Duration::from_secs_f64(self.age.of(record));
-        if age <= self.limits.silence {
+        if age <= self.limits.age {
             self.old_since = None;
             return None;
         }

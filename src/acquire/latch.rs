@@ -204,7 +204,12 @@ impl Latch {
             std::thread::sleep(Duration::from_millis(1));
         }
         self.armed.store(true, Ordering::Release);
-        !self.by_hand.load(Ordering::Acquire)
+        !self.was_asked()
+    }
+
+    /// Whether a person asked for a stop, first or later.
+    pub(super) fn was_asked(&self) -> bool {
+        self.by_hand.load(Ordering::Acquire)
     }
 
     /// Whether the tip is to be taken out.

@@ -77,7 +77,7 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
         let recorded = record(&planned, Some(bench), &session, false, how, context)?;
         let Some(stopped) = &recorded.ran.stopped else { break recorded };
         let why = told(stopped, &recorded.ran);
-        if stopped.tripped.cause == Cause::Asked || tries == TRIES {
+        if recorded.ran.asked || !stood_still(stopped.tripped.cause) || tries == TRIES {
             bail!("{}: stopped: {why}", session.display());
         }
         let aside = out.join(format!("stopped-{tries}"));
@@ -120,6 +120,20 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
             "lost": recorded.ran.losses.lost,
         }),
     })
+}
+
+/// Whether a run on a bench without faults may be stopped so because the computer stood still.
+fn stood_still(cause: Cause) -> bool {
+    use Cause::{SensorGap, SensorLate, SensorSilent, StageAstray, StageFault, StageSilent};
+    matches!(
+        cause,
+        SensorSilent { .. }
+            | SensorLate { .. }
+            | SensorGap { .. }
+            | StageSilent
+            | StageFault { .. }
+            | StageAstray
+    )
 }
 
 /// The session as a recording, in the place where `prove` looks for it, and when its time is zero.

@@ -8,17 +8,14 @@ use crate::acquire::{Cause, Conduct, Instruments, Latch, Operator, Ran, Stopped,
 use crate::clock::HostTime;
 use crate::dataset::{read_mesh, write_msh};
 use crate::device::{AXES, ForceFormat, Losses, MarkerSource, Stage, StageLimits, StageState};
-use crate::mesh::TetMesh;
 use crate::rig::{Devices, RigFile, SimulatedBench};
 use crate::session::{
     Event, ForceDocument, HashedText, MarkersDocument, MountingDocument, Outcome as SessionOutcome,
     PhantomDocument, SessionWriter, StageDocument, StartDocument, StopDocument, TipDocument, boot,
-    utc_seconds, utc_text,
+    sha256_hex, utc_seconds, utc_text,
 };
 use anyhow::{Context as _, bail};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufWriter, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
@@ -79,18 +76,22 @@ pub(super) fn record(
         Some(file) => read_mesh(&file)?,
         None => devices.simulated_mesh()?,
     };
+    let mut mesh_bytes = Vec::new();
+    write_msh(&mesh, &mut mesh_bytes).context("the phantom's mesh")?;
     if how.bias {
         devices.force.bias()?;
     }
     drop(spinner);
 
-    let (start, began) = (start_document(planned, &devices), HostTime::now());
+    let (start, began) = (start_document(planned, &devices, &mesh_bytes), HostTime::now());
     let writer = if goes_on {
         SessionWriter::continue_session(folder, start)?
     } else {
         std::fs::create_dir_all(parent).with_context(|| format!("{}: can't be made", parent.display()))?;
         let writer = SessionWriter::create(folder, start)?;
-        keep_mesh(&mesh, folder)?;
+        let kept = folder.join(MESH);
+        std::fs::write(&kept, &mesh_bytes)
+            .with_context(|| format!("{}: can't be written", kept.display()))?;
         writer
     };
     if how.bias {
@@ -139,13 +140,6 @@ pub(super) fn passed_s(first: &StartDocument) -> f64 {
     }
     let wall = utc_seconds(&utc_text(SystemTime::now())).zip(utc_seconds(&first.started_utc));
     wall.map_or(0.0, |(now, then)| (now - then).max(0.0))
-}
-
-fn keep_mesh(mesh: &TetMesh, folder: &Path) -> anyhow::Result<()> {
-    let file = folder.join(MESH);
-    let written = || format!("{}: can't be written", file.display());
-    let mut to = BufWriter::new(File::create(&file).with_context(written)?);
-    write_msh(mesh, &mut to).and_then(|()| to.flush()).with_context(written)
 }
 
 /// File of the phantom's mesh in a session's folder.
@@ -304,7 +298,7 @@ fn room(folder: &Path, bytes: f64) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn start_document(planned: &Planned, devices: &Devices) -> StartDocument {
+fn start_document(planned: &Planned, devices: &Devices, mesh: &[u8]) -> StartDocument {
     let rig = &planned.rig;
     let (origin_m, axes) = rig.axes();
     let sensor = rig.sensor();
@@ -351,7 +345,7 @@ fn start_document(planned: &Planned, devices: &Devices) -> StartDocument {
         phantom: PhantomDocument {
             description: rig.name().to_owned(),
             mesh: Some(MESH.to_owned()),
-            mesh_sha256: None,
+            mesh_sha256: Some(sha256_hex(mesh)),
             poisson_ratio,
             density_kg_m3,
             modulus_range_pa,

@@ -173,6 +173,16 @@ impl RigFile {
             buffered: keys.force.buffered.unwrap_or(false),
             ..settings
         })?;
+        // As long as a datagram takes to fill, nothing comes.
+        let silence_s = 1e-3 * keys.force.silence_ms as f64;
+        if 2.0 * force.datagram_s() > silence_s {
+            return Err(RigError::Value {
+                file: self.file.clone(),
+                key: "force.silence_ms",
+                found: keys.force.silence_ms.to_string(),
+                expected: "at least twice the time that the sensor takes to fill a datagram (rate_hz, buffered)",
+            });
+        }
 
         let markers: Option<Box<dyn MarkerSource>> = match &keys.markers {
             Some(source) if source.source == SIMULATED => Some(Box::new(bench_for("markers")?.markers())),
@@ -194,6 +204,12 @@ impl RigFile {
             own.max_acceleration_um_s2 = micrometres(limits.acceleration_m_s2[axis]).unsigned_abs();
             let hardest = own.max_acceleration_um_s2;
             setup.firmware.emergency_um_s2 = setup.firmware.emergency_um_s2.min(hardest);
+            let fastest = own.max_speed_um_s;
+            setup.firmware.unhomed_speed_um_s = setup.firmware.unhomed_speed_um_s.min(fastest);
+            let homing = &mut setup.firmware.homing;
+            homing.acceleration_um_s2 = homing.acceleration_um_s2.min(hardest);
+            homing.fast_um_s = homing.fast_um_s.min(fastest);
+            homing.slow_um_s = homing.slow_um_s.min(homing.fast_um_s);
             setup.switches_m[axis] = [0.0, high + 1e-3];
             setup.ends_m[axis] = [-2e-3, high + 3e-3];
             setup.start_m[axis] = 0.25 * (low + high);

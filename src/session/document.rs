@@ -32,7 +32,7 @@ pub struct StartDocument {
     pub boot: String,
     /// Name and version of the program.
     pub program: String,
-    /// Seeds of everything random, by what they are for.
+    /// Seeds of everything random, by what they are for. What a simulated bench draws from is concealed.
     pub seeds: BTreeMap<String, u64>,
     /// The rig file.
     pub rig: HashedText,
@@ -203,7 +203,7 @@ pub struct MarkersDocument {
     pub source: String,
     /// Frames a second.
     pub rate_hz: f64,
-    /// Markers on the phantom.
+    /// Markers on the phantom; 0 where nobody knows beforehand.
     pub markers: u32,
 }
 

@@ -51,6 +51,7 @@ pub use document::{
     SensorLosses, StageDocument, StartDocument, StopDocument, TipDocument,
 };
 pub use error::SessionError;
+pub use hash::sha256_hex;
 pub use inspect::{Extent, Finding, Info};
 pub use message::{BATCH, ClockProbe, ForceBatch, Gap, GapCause, Message};
 pub use read::{Messages, Recorded, Session};

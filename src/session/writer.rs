@@ -84,6 +84,17 @@ impl SessionWriter {
                 return Err(SessionError::Different { folder: folder.to_owned(), what, recorded, given });
             }
         }
+        if let (Some(recorded), Some(given)) = (&began.phantom.mesh_sha256, &start.phantom.mesh_sha256)
+            && recorded != given
+        {
+            let (recorded, given) = (recorded.clone(), given.clone());
+            return Err(SessionError::Different {
+                folder: folder.to_owned(),
+                what: "phantom's mesh",
+                recorded,
+                given,
+            });
+        }
         if began.variables != start.variables {
             let [recorded, given] = [&began.variables, &start.variables].map(|v| format!("{v:?}"));
             return Err(SessionError::Different {

@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 
 const PROTOCOL: &str = "format = \"phantom-protocol/1\"\nname = \"three\"\n[defaults]\nspeed_mm_s = 4\npause_s = 1\nhold_s = 1\n\
     [[step]]\nkind = \"ask\"\ntext = \"Ready?\"\n\
-    [[step]]\nkind = \"poke\"\nsite_mm = [50, 75, 25]\ndepth_mm = 2\nrepeats = 2\n\
+    [[step]]\nkind = \"poke\"\nsite_mm = [50, 75, 25]\ndirection = [0.5, 0.0, -0.866]\ndepth_mm = 2\nrepeats = 2\n\
     [[step]]\nkind = \"poke\"\nsite_mm = [60, 75, 25]\nuntil_force_n = 0.3\ndepth_limit_mm = 4\nspeed_mm_s = 1\n";
 
 /// A rig like that of `rigs/sim.toml`, patient enough for a machine that stands still now and then.
@@ -74,7 +74,9 @@ fn a_run_that_is_stopped_goes_on_and_becomes_one_recording() {
 fn stopped_and_gone_on_with() {
     let place = tempfile::tempdir().expect("a folder");
     let at = |name: &str| place.path().join(name);
-    let (rig, protocol, session) = (rig(place.path(), &[]), protocol(place.path()), at("sessions/monday"));
+    // An axis that may not go as fast as approach and travel would.
+    let rig = rig(place.path(), &[("most_speed_mm_s = [50.0, 50.0]", "most_speed_mm_s = [50.0, 6.0]")]);
+    let (protocol, session) = (protocol(place.path()), at("sessions/monday"));
     let (rig, protocol, session) = (utf8(&rig), utf8(&protocol), utf8(&session));
 
     let svg = at("plan.svg");

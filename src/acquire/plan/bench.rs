@@ -118,6 +118,12 @@ pub(super) struct Face {
     at_m: f64,
 }
 
+/// Share of what an axis may go: a motion sets out from where the steps of the stage are, so that its axes share it a little otherwise than
+/// planned.
+const SHARE: f64 = 0.99;
+/// No way at all (m).
+const NO_WAY_M: f64 = 1e-9;
+
 impl Bench {
     /// Straight in: along the second axis, towards the phantom from where the tip is with the stage at zero.
     pub fn tip_axis(&self) -> Vec3 {
@@ -138,6 +144,14 @@ impl Bench {
     /// How much lower the tip gets for each metre that the stage goes along a direction of its own.
     pub(in crate::acquire) fn descends(&self, along: [f64; AXES]) -> f64 {
         self.mounting.moved_by(along).dot(&self.face().inward)
+    }
+
+    /// A speed in the phantom frame on a way of the stage (m), or as much of it as each axis may go: for ways on which the speed is nobody's
+    /// wish.
+    pub(in crate::acquire) fn allowed_m_s(&self, way_m: [f64; AXES], most_m_s: f64) -> f64 {
+        let length_m = self.mounting.moved_by(way_m).norm();
+        let axes = self.limits.speed_m_s.into_iter().zip(way_m).filter(|(_, way)| way.abs() > NO_WAY_M);
+        axes.map(|(limit, way)| SHARE * limit * length_m / way.abs()).fold(most_m_s, f64::min)
     }
 
     /// The face that the tip looks at.

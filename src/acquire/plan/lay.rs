@@ -189,14 +189,9 @@ impl Layer<'_> {
         self.go(Phase::Travel, to_m, speed_m_s, None);
     }
 
-    /// A speed in the phantom frame on the way to a position, or as much of it as every axis may go: where nothing is touched yet the
-    /// speed is nobody's wish.
     fn allowed_m_s(&self, to_m: [f64; AXES], most_m_s: f64) -> f64 {
         let target_m = rounded(to_m);
-        let way: [f64; AXES] = std::array::from_fn(|i| target_m[i] - self.at_m[i]);
-        let length_m = self.bench.mounting.moved_by(way).norm();
-        let allowed = (0..AXES).filter(|&i| way[i].abs() > NO_WAY_M);
-        allowed.map(|i| self.bench.limits.speed_m_s[i] * length_m / way[i].abs()).fold(most_m_s, f64::min)
+        self.bench.allowed_m_s(std::array::from_fn(|i| target_m[i] - self.at_m[i]), most_m_s)
     }
 
     /// A position with the second axis drawn back until the tip is at the clearance, if it is not.

@@ -71,6 +71,8 @@ pub struct Conduct<'a> {
 pub struct Ran {
     /// Why it was stopped; none when the plan was carried out to its end.
     pub stopped: Option<Stopped>,
+    /// Whether a person asked for a stop, also when something else had stopped it before.
+    pub asked: bool,
     /// What became of the force records.
     pub losses: Losses,
     /// The zero in use, once it was taken.
@@ -260,6 +262,7 @@ fn guarded(
         wrench: std::array::from_fn(|i| if i < 3 { load.force_n[i] } else { load.torque_nm }),
         zero: zero.mean,
         silence: conduct.silence,
+        age: conduct.silence.max(Duration::from_secs_f64(conduct.bench.latency.sensor_s)),
         gap: conduct.gap,
         frozen: conduct.frozen,
     };
@@ -313,6 +316,7 @@ fn guarded(
     if let Some(why) = &ran.why {
         recorder.event(event("why", None, json!({"why": why})));
     }
+    ran.asked = conduct.latch.was_asked();
     // A stop in the very last moment still is one.
     if ran.stopped.is_none() {
         ran.stopped = conduct.latch.tripped().map(|tripped| Stopped {
@@ -463,7 +467,9 @@ fn way_out(bench: &Bench, report: StageReport, along: Option<[f64; AXES]>) -> Op
     let back = (bench.clearance_m - height) / bench.descends(along).max(0.1);
     let [low, high] = [0, 1].map(|end| bench.limits.travel_m.map(|t| t[end]));
     let target_m = std::array::from_fn(|a| (report.position_m[a] - along[a] * back).clamp(low[a], high[a]));
-    Some(Motion { target_m, speed_m_s: bench.approach_speed_m_s, acceleration_m_s2: bench.acceleration_m_s2 })
+    let way_m = std::array::from_fn(|a| target_m[a] - report.position_m[a]);
+    let speed_m_s = bench.allowed_m_s(way_m, bench.approach_speed_m_s);
+    Some(Motion { target_m, speed_m_s, acceleration_m_s2: bench.acceleration_m_s2 })
 }
 
 /// Fetches frames until it is over.

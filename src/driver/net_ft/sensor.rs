@@ -99,6 +99,11 @@ impl NetFt {
         &self.configuration
     }
 
+    /// How long a datagram takes to fill (s).
+    pub fn datagram_s(&self) -> f64 {
+        self.records_a_datagram as f64 / self.format.rate_hz
+    }
+
     /// What came in between since the stream was last started.
     pub fn interference(&self) -> NetFtInterference {
         NetFtInterference { foreign: self.socket.foreign() - self.interference.foreign, ..self.interference }
@@ -117,7 +122,7 @@ impl NetFt {
 
     /// How long an answer to a request may take: on its way, and until a datagram is full.
     fn patience(&self) -> Duration {
-        LATENCY + Duration::from_secs_f64(1.5 * self.records_a_datagram as f64 / self.format.rate_hz)
+        LATENCY + Duration::from_secs_f64(1.5 * self.datagram_s())
     }
 
     fn send(&self, command: Command) -> Result<(), DeviceError> {

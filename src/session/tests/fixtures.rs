@@ -145,7 +145,7 @@ pub(super) fn start() -> StartDocument {
         phantom: PhantomDocument {
             description: "silicone, 10 kPa nominal".to_owned(),
             mesh: Some("mesh.msh".to_owned()),
-            mesh_sha256: None,
+            mesh_sha256: Some("0a1b2c".to_owned()),
             poisson_ratio: 0.47,
             density_kg_m3: 1050.0,
             modulus_range_pa: [5e3, 2e4],

@@ -76,6 +76,10 @@ fn an_interrupted_session_goes_on_in_a_second_file() {
     let other = StartDocument { protocol: HashedText::new("[[poke]]\ndepth_mm = 4.0\n"), ..start() };
     let other = SessionWriter::continue_session(&folder, other);
     assert!(matches!(other, Err(SessionError::Different { what: "protocol", .. })), "{other:?}");
+    let mut other = start();
+    other.phantom.mesh_sha256 = Some("another".to_owned());
+    let other = SessionWriter::continue_session(&folder, other);
+    assert!(matches!(other, Err(SessionError::Different { what: "phantom's mesh", .. })), "{other:?}");
 
     let writer = SessionWriter::continue_session(&folder, StartDocument { first_poke: 1, ..start() });
     let writer = writer.expect("an interrupted session");

@@ -1,5 +1,6 @@
 //! What a session consists of: which phantom, what holds it, how it is poked, what watches it and what acts besides.
 
+use super::body::Body;
 use super::effect::Effect;
 use super::memory::Memory;
 use super::phantom::{PhantomPlan, Site};
@@ -85,8 +86,11 @@ impl World {
         let grown = 1.0 + later_s * rates.sum::<f64>();
         self.young_modulus_pa *= grown;
         for effect in &mut self.effects {
-            if let Effect::Memory(Memory::Drying { modulus_rate_per_s }) = effect {
-                *modulus_rate_per_s /= grown;
+            match effect {
+                Effect::Memory(Memory::Drying { modulus_rate_per_s }) => *modulus_rate_per_s /= grown,
+                // What the gel stands on changes with it.
+                Effect::Body(Body::CompliantBase { foundation_pa_per_m }) => *foundation_pa_per_m *= grown,
+                _ => {}
             }
         }
         self
