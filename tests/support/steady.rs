@@ -5,11 +5,12 @@
 //! that failed is made once more, but only where the machine was measured to have been held up while it ran. It has to pass in the end: so
 //! what is tested at a time is short, one case of many.
 
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// A thread that is woken later than this was held up. One whose virtual processor alone stands still does not show here but in what was taken.
+/// A thread that is woken later than this was held up. There is one on each processor: a virtual one may stand still alone.
 const LATE: Duration = Duration::from_millis(20);
 /// So was a machine of whose processors' time its host took more than this share.
 const STOLEN: f64 = 0.03;
@@ -22,10 +23,12 @@ pub(crate) fn steady(test: impl Fn()) {
         let over = AtomicBool::new(false);
         let before = stolen();
         let (outcome, latest) = std::thread::scope(|scope| {
-            let watch = scope.spawn(|| lateness(&over));
+            let over = &over;
+            let watches: Vec<_> = processors().map(|cpu| scope.spawn(move || lateness(cpu, over))).collect();
             let outcome = catch_unwind(AssertUnwindSafe(&test));
             over.store(true, Ordering::Release);
-            (outcome, watch.join().expect("it only sleeps"))
+            let late = watches.into_iter().map(|watch| watch.join().expect("it only sleeps"));
+            (outcome, late.max().unwrap_or_default())
         });
         let Err(failure) = outcome else { return };
         let share = stolen().zip(before).map_or(0.0, |(a, b)| (a.0 - b.0) / (a.1 - b.1).max(1.0));
@@ -36,9 +39,19 @@ pub(crate) fn steady(test: impl Fn()) {
     }
 }
 
-/// How late a sleeping thread was woken, at worst.
-fn lateness(over: &AtomicBool) -> Duration {
+/// Processors that this process may use.
+fn processors() -> impl Iterator<Item = usize> {
+    let may = sched_getaffinity(None).unwrap_or_else(|_| CpuSet::new());
+    (0..CpuSet::MAX_CPU).filter(move |cpu| may.is_set(*cpu))
+}
+
+/// How late a thread that sleeps on a processor was woken, at worst.
+fn lateness(cpu: usize, over: &AtomicBool) -> Duration {
     const NAP: Duration = Duration::from_millis(2);
+    let mut here = CpuSet::new();
+    here.set(cpu);
+    // Where it may not be bound to one it sleeps on any.
+    let _ = sched_setaffinity(None, &here);
     let mut latest = Duration::ZERO;
     while !over.load(Ordering::Acquire) {
         let before = Instant::now();
