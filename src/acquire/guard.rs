@@ -63,7 +63,8 @@ impl Window {
 #[derive(Debug)]
 struct Age {
     tick_s: f64,
-    last: Option<ForceRecord>,
+    /// Arrival and count of the last record.
+    last: Option<(HostTime, u32)>,
     /// By how much the host's clock is ahead of the sensor's now, and was at least (s, from the first record).
     ahead_s: f64,
     least_s: f64,
@@ -76,9 +77,9 @@ impl Age {
 
     /// Age of a record (s).
     fn of(&mut self, record: &ForceRecord) -> f64 {
-        if let Some(last) = self.last.replace(*record) {
-            let passed_s = record.host.seconds_after(last.host);
-            let ticks = record.ft_sequence.wrapping_sub(last.ft_sequence) as i32;
+        if let Some((arrived, count)) = self.last.replace((record.host, record.ft_sequence)) {
+            let passed_s = record.host.seconds_after(arrived);
+            let ticks = record.ft_sequence.wrapping_sub(count) as i32;
             self.ahead_s += passed_s - f64::from(ticks) * self.tick_s;
             self.least_s = (self.least_s + CREEP * passed_s).min(self.ahead_s);
         }

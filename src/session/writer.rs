@@ -74,26 +74,19 @@ impl SessionWriter {
             return Err(SessionError::Finished { folder: folder.to_owned() });
         }
         let began = session.start();
-        for (what, recorded, given) in [
+        let meshes = began.phantom.mesh_sha256.as_ref().zip(start.phantom.mesh_sha256.as_ref());
+        let same = [
             ("name", &began.name, &start.name),
             ("rig file", &began.rig.sha256, &start.rig.sha256),
             ("protocol", &began.protocol.sha256, &start.protocol.sha256),
-        ] {
+        ];
+        for (what, recorded, given) in
+            same.into_iter().chain(meshes.map(|(recorded, given)| ("phantom's mesh", recorded, given)))
+        {
             if recorded != given {
                 let (recorded, given) = (recorded.clone(), given.clone());
                 return Err(SessionError::Different { folder: folder.to_owned(), what, recorded, given });
             }
-        }
-        if let (Some(recorded), Some(given)) = (&began.phantom.mesh_sha256, &start.phantom.mesh_sha256)
-            && recorded != given
-        {
-            let (recorded, given) = (recorded.clone(), given.clone());
-            return Err(SessionError::Different {
-                folder: folder.to_owned(),
-                what: "phantom's mesh",
-                recorded,
-                given,
-            });
         }
         if began.variables != start.variables {
             let [recorded, given] = [&began.variables, &start.variables].map(|v| format!("{v:?}"));

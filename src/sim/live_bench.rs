@@ -53,6 +53,11 @@ impl LiveBench {
         self.begins_s + at.seconds_after(self.begins)
     }
 
+    /// When the world's own time was that (s).
+    fn host(&self, time_s: f64) -> HostTime {
+        self.begins + Duration::from_secs_f64((time_s - self.begins_s).max(0.0))
+    }
+
     /// For the emulated stage, to tell where it is.
     pub fn stage(&self) -> StageTeller {
         self.stage.teller()
@@ -66,10 +71,7 @@ impl LiveBench {
     pub fn wrench(&self, time_s: f64) -> Result<[f64; 6], SimError> {
         let time_s = self.begins_s + time_s;
         let mut live = self.lock();
-        live.advance(time_s, |at_s| {
-            let time = self.begins + Duration::from_secs_f64((at_s - self.begins_s).max(0.0));
-            self.mounting.tip_at(self.stage.at(time)).into()
-        })?;
+        live.advance(time_s, |at_s| self.mounting.tip_at(self.stage.at(self.host(at_s))).into())?;
         Ok(self.sensor.sensed(live.wrench(time_s)))
     }
 
@@ -124,11 +126,10 @@ impl MarkerSource for SimulatedMarkers {
             return Ok(None);
         }
         self.last_s = at_s;
-        let host = self.bench.begins + Duration::from_secs_f64((at_s - self.bench.begins_s).max(0.0));
         let seen = live.markers();
         let markers =
             seen.into_iter().map(|(marker, position_m)| MarkerPosition { marker, position_m }).collect();
-        Ok(Some(MarkerFrame { host, number, markers }))
+        Ok(Some(MarkerFrame { host: self.bench.host(at_s), number, markers }))
     }
 }
 

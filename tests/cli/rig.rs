@@ -144,6 +144,9 @@ fn stopped_and_gone_on_with() {
         let (code, text, stderr) = run(&["session", what, utf8(&torn)]);
         assert!(code == 3 && text.contains("session recover"), "{what}: {code} {text}{stderr}");
     }
+    fs::copy(Path::new(session).join("mesh.msh"), torn.join("mesh.msh")).expect("a copy");
+    let (code, _, stderr) = run(&["session", "export", utf8(&torn), "--bundle", utf8(&at("torn-bundle"))]);
+    assert!(code == 1 && stderr.contains("are damaged") && stderr.contains("session recover"), "{stderr}");
     fs::write(torn.join("session.mcap"), []).expect("writable");
     let saved = at("saved");
     let (code, text, stderr) = run(&["session", "recover", utf8(&torn), "--out", utf8(&saved)]);

@@ -80,14 +80,14 @@ impl Arrivals {
     }
 }
 
-/// By how long (s) even the promptest report of `clock` is late: as long as its bytes take on the line. A device's count in an answer was
-/// read after the question was sent and before the answer had arrived, which bounds it from both sides; of several answers the narrowest
-/// bounds count. In the middle between them, since question and answer take about as long; none without answers that agree.
+/// By how long (s) even the promptest report of `clock` is late, at least and at most: as long as its bytes take on the line. A device's
+/// count in an answer was read after the question was sent and before the answer had arrived, which bounds it from both sides; of several
+/// answers the narrowest bounds count. Where the answers contradict each other the most is less than the least; none without answers.
 pub(super) fn lateness(
     probes: impl IntoIterator<Item = ClockProbe>,
     clock: &DeviceClock,
     origin: HostTime,
-) -> Option<f64> {
+) -> Option<[f64; 2]> {
     let [mut least, mut most] = [0.0, f64::INFINITY];
     for probe in probes {
         let [sent, received] = [probe.sent, probe.received].map(|time| time.seconds_after(origin));
@@ -98,7 +98,7 @@ pub(super) fn lateness(
         least = f64::max(least, line - received);
         most = f64::min(most, line - sent);
     }
-    (least <= most && most.is_finite()).then_some(0.5 * (least + most))
+    most.is_finite().then_some([least, most])
 }
 
 #[cfg(test)]
@@ -127,14 +127,16 @@ mod tests {
             tick_hz: 1e6,
         };
         let probes = [probe(1_000_000, 40_000), probe(2_500_000, 0), probe(7_000_000, 3000)];
-        let late_s = lateness(probes.clone(), &clock, origin).expect("bounds");
+        let [least_s, most_s] = lateness(probes.clone(), &clock, origin).expect("bounds");
         // Between 4 − 2 ms and 4 + 1 ms.
-        assert!((late_s - 3.5e-3).abs() < 1e-4, "{late_s}");
-        assert!((clock.host_s(first_s.expect("reports")) - late_s).abs() < 6e-4);
+        assert!((least_s - 2e-3).abs() < 1e-4 && (most_s - 5e-3).abs() < 1e-4, "{least_s} to {most_s}");
+        assert!((clock.host_s(first_s.expect("reports")) - 0.5 * (least_s + most_s)).abs() < 6e-4);
         assert_eq!(lateness([], &clock, origin), None);
         // An answer from before its question was asked: nothing agrees with it.
         let wrong = ClockProbe { sent: at(6_000_000), received: at(6_003_000), ..probes[1].clone() };
-        assert_eq!(lateness([probes[0].clone(), probes[1].clone(), wrong], &clock, origin), None);
+        let [least_s, most_s] =
+            lateness([probes[0].clone(), probes[1].clone(), wrong], &clock, origin).expect("bounds");
+        assert!(most_s < least_s - 1.0, "{least_s} to {most_s}");
     }
 
     /// 1 kHz counts that wrap, delays of 1 ms to 30 ms and of 2 s at the start: device times fall on the true ones plus the least delay.

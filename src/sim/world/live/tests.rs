@@ -26,6 +26,13 @@ fn a_tip_that_keeps_to_the_plan_meets_the_same_phantom() {
         let world = world(effects);
         let recording = world.record(phantom()).expect("a recording");
         let timeline = world.timeline().expect("a timeline");
+        let tip = |at_s| match timeline.at(at_s) {
+            Some((poke, depth)) => {
+                let plan = timeline.pokes[poke].plan;
+                (Vec3::from(plan.site_m) + Vec3::from(plan.direction) * depth).into()
+            }
+            None => [0.0, 0.0, 1.0],
+        };
         let mut live = Live::new(world.clone(), phantom(), 0.0).expect("a bench");
         let largest = recording.wrench.force_n.iter().map(|f| Vec3::from(*f).norm()).fold(0.0, f64::max);
         let mut compared = 0;
@@ -33,12 +40,7 @@ fn a_tip_that_keeps_to_the_plan_meets_the_same_phantom() {
         for (&t, &expected) in recording.wrench.time_s.iter().zip(&recording.wrench.force_n).skip(1) {
             // As a stage would be followed: one position for each step of time.
             while live.time_s() < t - 0.5 * STEP_S {
-                let now = live.time_s() + STEP_S;
-                let tip = timeline.at(now).map_or(Vec3::new(0.0, 0.0, 1.0), |(poke, depth)| {
-                    let plan = timeline.pokes[poke].plan;
-                    Vec3::from(plan.site_m) + Vec3::from(plan.direction) * depth
-                });
-                live.advance(now - 0.5 * STEP_S, |_| tip.into()).expect("a step");
+                live.advance(live.time_s() + 0.5 * STEP_S, tip).expect("a step");
             }
             // Whether the very first and last instant still touch is a matter of rounding.
             let limit = |p: &Scheduled| (t - p.start_s).abs() < STEP_S || (t - p.end_s).abs() < STEP_S;
