@@ -65,11 +65,6 @@ pub(super) struct Connection {
     pub(super) emergency_m_s2: f64,
 }
 
-/// Asks who is there, and changes nothing.
-pub(super) fn identify(options: &NativeOptions) -> Result<Identity, DriverError> {
-    greet(port::open(&options.port, options.baud)?, options, 0).map(|(_, identity)| identity)
-}
-
 pub(super) fn connect(options: &NativeOptions) -> Result<Connection, DriverError> {
     connect_through(port::open(&options.port, options.baud)?, options)
 }

@@ -60,14 +60,6 @@ impl NativeStage {
         Self { link, identity, limits, emergency_m_s2, controller, options: options.clone(), cleared: 0 }
     }
 
-    /// Who is behind the port, whatever version it has. Opens no session and changes nothing.
-    ///
-    /// # Errors
-    /// [`DriverError`]: the port cannot be opened, nothing or something else answers.
-    pub fn identify(options: &NativeOptions) -> Result<Identity, DriverError> {
-        connect::identify(options)
-    }
-
     /// What the controller said of itself when the session was opened: versions, capabilities, boots, cause of the last one.
     pub fn controller(&self) -> &Identity {
         &self.controller
