@@ -325,6 +325,7 @@ mod tests {
                 unexplained: false,
                 confidence,
                 ambiguous_with: Vec::new(),
+                evidence: None,
             },
             parameters: Vec::new(),
             candidates: Vec::new(),

@@ -93,6 +93,19 @@ pub struct Verdict {
     pub confidence: f64,
     /// Entries that the recording cannot tell from those named.
     pub ambiguous_with: Vec<Physics>,
+    /// What the confidence was made of; none where nothing was believed to lower the misfit.
+    pub evidence: Option<Evidence>,
+}
+
+/// What speaks for the reading that explains most, named or not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Share of what was left beyond noise that it removes.
+    pub explained: f64,
+    /// Fall of the sum of squares, over what an effect must lower it by to be believed.
+    pub gain: f64,
+    /// What the best other reading lacks of that fall, as a share.
+    pub margin: f64,
 }
 
 /// Parameters of one entry.

@@ -54,8 +54,8 @@ mod undecided;
 mod verdict;
 
 pub use diagnosis::{
-    Candidate, Channel, Choice, Curve, Diagnosis, Estimate, Found, Mismatch, NextPoke, Parameter, Phase,
-    Progress, Reading, Region, Settings, Verdict,
+    Candidate, Channel, Choice, Curve, Diagnosis, Estimate, Evidence, Found, Mismatch, NextPoke, Parameter,
+    Phase, Progress, Reading, Region, Settings, Verdict,
 };
 pub use dual::Field;
 pub use error::DiagnoseError;

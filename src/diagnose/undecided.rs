@@ -71,6 +71,7 @@ pub(super) fn undecided(
             unexplained: detected,
             confidence: UNDECIDED,
             ambiguous_with: suspects,
+            evidence: None,
         },
         parameters: Vec::new(),
         candidates: Vec::new(),

@@ -1,6 +1,6 @@
 //! What is said, and how surely.
 
-use super::diagnosis::{Estimate, Phase, Verdict};
+use super::diagnosis::{Estimate, Evidence, Phase, Verdict};
 use super::extra::Shelf;
 use super::knob::Knob;
 use super::left::{Left, Mean};
@@ -23,17 +23,6 @@ pub(super) struct Judged {
     pub properties: Vec<String>,
     /// What the recording cannot tell.
     pub remarks: Vec<String>,
-}
-
-/// What a confidence is made of.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Evidence {
-    /// Share of what was left beyond noise that the reading removes.
-    pub explained: f64,
-    /// Fall of the sum of squares, over what the effect must lower it by to be believed.
-    pub gain: f64,
-    /// What the best other reading lacks of it, as a share.
-    pub margin: f64,
 }
 
 /// Readings whose sums of squares differ by less than this, or by this share of the gain, are not told apart.
@@ -74,6 +63,7 @@ pub(super) fn judge(
         unexplained: false,
         confidence: NOTHING_LEFT_OUT,
         ambiguous_with: Vec::new(),
+        evidence: None,
     };
     let mut remarks = model.remarks();
     if let Some(chosen) = chosen {
@@ -85,6 +75,7 @@ pub(super) fn judge(
             gain: gain / chosen.physics.iter().map(|p| least(model, &selection.base, *p)).fold(0.0, f64::max),
             margin: (nearest / gain).clamp(0.0, 1.0),
         };
+        verdict.evidence = Some(evidence);
         let sure = confidence(&evidence);
         let doubtful = sure < LEAST_CONFIDENCE && x_before < 4.0 * sd;
         if doubtful || !shows && chosen.physics.iter().all(|p| like_elements(*p)) {

@@ -30,6 +30,8 @@ fn the_contract_keys_hold_the_values_of_the_diagnosis() {
     assert_eq!(json["verdict"]["physics"], json!(["viscoelastic-relaxation"]));
     assert_eq!(json["verdict"]["confidence"], 0.97);
     assert_eq!(json["verdict"]["ambiguous_with"], json!([]));
+    let evidence = json!({"explained_share": 0.98, "gain_over_least": 900.0, "margin_share": 0.4});
+    assert_eq!(json["verdict"]["evidence"], evidence);
     let expected = json!({
         "relaxed_fraction": [{"value": 0.22, "sd": 0.01}],
         "time_constant_s": [{"value": 4.0, "sd": 0.5}],
@@ -53,6 +55,7 @@ fn each_kind_of_verdict_has_its_form() {
     let nothing = json_of(&readings::nothing(&recording));
     assert_eq!(nothing["verdict"]["physics"], json!([]));
     assert_eq!(nothing["mismatch"]["detected"], false);
+    assert_eq!(nothing["verdict"]["evidence"], Value::Null);
     let unexplained = json_of(&readings::unexplained(&recording));
     assert_eq!(unexplained["verdict"]["physics"], json!(["unexplained"]));
     assert_eq!(unexplained["verdict"]["confidence"], Value::Null);

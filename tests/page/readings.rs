@@ -4,8 +4,8 @@
 
 use super::synthetic;
 use phantom_rig::diagnose::{
-    Candidate, Channel, Curve, Diagnosis, Estimate, Found, Mismatch, NextPoke, Parameter, Phase, Physics,
-    Reading, Region, Verdict,
+    Candidate, Channel, Curve, Diagnosis, Estimate, Evidence, Found, Mismatch, NextPoke, Parameter, Phase,
+    Physics, Reading, Region, Verdict,
 };
 use phantom_rig::geometry::Vec3;
 use phantom_rig::observation::PlannedPoke;
@@ -52,6 +52,7 @@ pub(crate) fn relaxation(recording: &Recording) -> Diagnosis {
             unexplained: false,
             confidence: 0.97,
             ambiguous_with: Vec::new(),
+            evidence: Some(Evidence { explained: 0.98, gain: 900.0, margin: 0.4 }),
         },
         parameters: vec![Found {
             physics: Physics::ViscoelasticRelaxation,
@@ -97,6 +98,7 @@ pub(crate) fn set(recording: &Recording) -> Diagnosis {
         unexplained: false,
         confidence: 0.62,
         ambiguous_with: vec![Physics::BaseDebonding],
+        evidence: None,
     };
     diagnosis.parameters = vec![
         Found {
@@ -151,6 +153,7 @@ pub(crate) fn nothing(recording: &Recording) -> Diagnosis {
             unexplained: false,
             confidence: 0.98,
             ambiguous_with: Vec::new(),
+            evidence: None,
         },
         parameters: Vec::new(),
         candidates: Vec::new(),
@@ -171,6 +174,7 @@ pub(crate) fn unexplained(recording: &Recording) -> Diagnosis {
             unexplained: true,
             confidence: f64::NAN,
             ambiguous_with: Vec::new(),
+            evidence: None,
         },
         parameters: Vec::new(),
         extended: found.baseline,

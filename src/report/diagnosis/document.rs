@@ -65,6 +65,15 @@ struct VerdictEntry {
     physics: Vec<&'static str>,
     confidence: Option<f64>,
     ambiguous_with: Vec<&'static str>,
+    /// What the confidence was made of.
+    evidence: Option<EvidenceEntry>,
+}
+
+#[derive(Serialize)]
+struct EvidenceEntry {
+    explained_share: Option<f64>,
+    gain_over_least: Option<f64>,
+    margin_share: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -137,6 +146,11 @@ impl<'a> DiagnosisDocument<'a> {
                 },
                 confidence: known(diagnosis.verdict.confidence),
                 ambiguous_with: ids(&diagnosis.verdict.ambiguous_with),
+                evidence: diagnosis.verdict.evidence.map(|e| EvidenceEntry {
+                    explained_share: known(e.explained),
+                    gain_over_least: known(e.gain),
+                    margin_share: known(e.margin),
+                }),
             },
             parameters: diagnosis.parameters.iter().map(parameters).collect(),
             candidates: diagnosis.candidates.iter().map(CandidateEntry::new).collect(),
