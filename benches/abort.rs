@@ -3,10 +3,11 @@
 //! The emulated sensor streams 7000 records a second over loopback, everything is recorded, the stage's driver asks for reports: as in a
 //! run. The step comes at a random instant; it counts from the first record that holds it. A thread that
 //! only sleeps shows how late the machine itself wakes anybody. `cargo bench --bench abort`, for
-//! `ABORT_ROUNDS` stops (300, some six minutes).
+//! `ABORT_ROUNDS` stops (300, some six minutes); with `ABORT_PAGED=1` the program is not kept in memory, as `run` keeps it where it may.
 
 use phantom_rig::acquire::{
     Bench, Cause, Conduct, Doing, Instruments, Latch, Operator, Plan, Protocol, Watched, conduct,
+    stay_resident,
 };
 use phantom_rig::clock::HostTime;
 use phantom_rig::device::{ForceSensor, Stage, StageState};
@@ -68,6 +69,9 @@ fn main() {
     let mut force = NetFt::open(&settings).expect("a sensor");
     let bench = Bench { limits: *stage.limits(), ..run_bench::bench(LIMIT_N) };
     let protocol = Protocol::parse("waiting.toml", PROTOCOL, &[]).expect("sound");
+    if std::env::var_os("ABORT_PAGED").is_none() {
+        stay_resident().expect("a limit that lets the program stay in memory (ulimit -l)");
+    }
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
     let over = Arc::new(AtomicBool::new(false));
     let theirs = Arc::clone(&over);

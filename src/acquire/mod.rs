@@ -15,6 +15,7 @@ mod live;
 mod operator;
 mod plan;
 mod protocol;
+mod resident;
 mod run;
 mod status;
 
@@ -30,5 +31,6 @@ pub use protocol::{
     Action, FORMAT, Kind, ListedPoke, MOST_STROKES, Place, PlannedStep, Problem, Profile, Protocol, Refusal,
     Step, StepId, Stroke, Target, Task, Variable, from_poke,
 };
+pub use resident::stay_resident;
 pub use run::{Conduct, Instruments, Planner, Ran, Stopped, Zero, conduct};
 pub use status::{Doing, RunStatus, TRACE, Watched};

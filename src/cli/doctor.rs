@@ -1,6 +1,7 @@
 //! `doctor`: which devices are there, do they answer, and what to do next.
 
 use super::{Context, Exit, Outcome};
+use crate::acquire::stay_resident;
 use crate::clock::HostTime;
 use crate::device::{ForceSensor, Losses, Stage, StageState};
 use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings, serial_ports};
@@ -90,6 +91,7 @@ pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Res
             }),
         }
     }
+    findings.push(memory());
     drop(spinner);
     let good = findings.iter().all(|f| f.good);
     let mut text: Vec<String> = findings.iter().map(|f| f.text.clone()).collect();
@@ -104,6 +106,21 @@ pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Res
         text: text.join("\n"),
         json: json!({"format": "phantom-doctor/1", "good": good, "findings": findings.into_iter().map(|f| f.json).collect::<Vec<_>>()}),
     })
+}
+
+/// Whether a run's program stays in memory. One that does not is no fault of the bench.
+fn memory() -> Finding {
+    let (text, error) = match stay_resident() {
+        Ok(()) => ("memory: a run keeps its program there".to_owned(), None),
+        Err(error) => (
+            format!(
+                "memory: a run can't keep its program there ({error}), and may stop later on a computer that is short of it; \
+                 raise the limit that `ulimit -l` shows"
+            ),
+            Some(error.to_string()),
+        ),
+    };
+    Finding { text, json: json!({"resident": error.is_none(), "error": error}), good: true }
 }
 
 /// Who answers on a port.

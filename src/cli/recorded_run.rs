@@ -4,7 +4,9 @@ use super::Context;
 use super::interrupt::Interrupts;
 use super::planned::Planned;
 use super::run_watch::{Watch, watch};
-use crate::acquire::{Cause, Conduct, Instruments, Latch, Operator, Ran, Stopped, Watched, conduct};
+use crate::acquire::{
+    Cause, Conduct, Instruments, Latch, Operator, Ran, Stopped, Watched, conduct, stay_resident,
+};
 use crate::clock::HostTime;
 use crate::dataset::{read_mesh, write_msh};
 use crate::device::{AXES, ForceFormat, Losses, MarkerSource, Stage, StageLimits, StageState};
@@ -168,6 +170,8 @@ fn carry_out(
         watched: &watched,
         operator: &operator,
     };
+    // Where the system does not allow it, `doctor` says so.
+    let _ = stay_resident();
     devices.force.start()?;
     let title = format!("{} · {}", planned.protocol.name(), planned.rig.name());
     let instruments = Instruments {

@@ -232,7 +232,10 @@ fn doctor_finds_the_devices_of_a_rig_and_says_what_is_behind_a_port() {
     let rig = rig(place.path(), &[]);
     let (code, text, stderr) = run(&["doctor", "--rig", utf8(&rig)]);
     assert_eq!(code, 0, "{text}{stderr}");
-    assert!(text.contains("emulated stage") && text.contains("records"), "{text}");
+    assert!(
+        text.contains("emulated stage") && text.contains("records") && text.contains("memory:"),
+        "{text}"
+    );
     let (code, text, stderr) = run(&["doctor", "--port", "/dev/no-such-port"]);
     assert!(code != 0 && text.contains("/dev/no-such-port"), "{text}{stderr}");
 }
