@@ -5,7 +5,6 @@
 //! that failed is made once more, but only where the machine was measured to have been held up while it ran. It has to pass in the end: so
 //! what is tested at a time is short, one case of many.
 
-use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,8 +21,6 @@ const ATTEMPTS: u32 = 12;
 
 /// Makes a test, again where it failed on a machine that was held up.
 pub(crate) fn steady(test: impl Fn()) {
-    // As `run` does. Where the system does not allow it, a test may have to be made again.
-    let _ = mlockall(MlockAllFlags::CURRENT);
     for attempt in 1.. {
         let over = AtomicBool::new(false);
         let before = stolen();
