@@ -9,7 +9,7 @@ use super::blocks::{Bench, Blocks};
 use super::error::InverseError;
 use super::forward::Group;
 use super::problem::{Linearised, Problem};
-use super::refit::{Descent, GOOD_ENOUGH, descend, settled};
+use super::refit::{Descent, GOOD_ENOUGH, descend, settled, where_answered};
 use super::restraint::{Mounted, Restraint};
 use super::search::pruned;
 use crate::fem::Discretisation;
@@ -95,13 +95,17 @@ pub(super) fn settle(
     finer: Option<&Finer>,
     mut at: Linearised,
 ) -> Result<Linearised, InverseError> {
-    for round in 0..ROUNDS {
-        if let Some(finer) = finer {
-            problem.correct(finer, &at.state.patches)?;
+    let mut rounds = 0;
+    while rounds < ROUNDS {
+        rounds += 1;
+        if let Some(finer) = finer
+            && where_answered(problem.correct(finer, &at.state.patches))?.is_none()
+        {
+            break;
         }
         at = problem.linearise(&at.state)?;
         problem.whitening = problem.whitening.near(&at.prediction);
-        if round < ESTIMATES {
+        if rounds <= ESTIMATES {
             problem.whitening = problem.whitening.with_likeliest_elements(&at);
         }
         let Descent { at: fitted, gained } = descend(problem, &at.state, GOOD_ENOUGH)?;
@@ -115,7 +119,7 @@ pub(super) fn settle(
     if problem.unrested {
         return Ok(at);
     }
-    Err(InverseError::NotSettled { rounds: ROUNDS, patches: at.state.patches.len() })
+    Err(InverseError::NotSettled { rounds, patches: at.state.patches.len() })
 }
 
 /// A patch takes the correction over from one that stood within this many of its radii.

@@ -136,13 +136,21 @@ impl<'a> Problem<'a> {
     }
 
     /// Corrects the model for `patches` where they are, unless the correction that it has still holds for them.
+    ///
+    /// # Errors
+    /// [`InverseError::Undetermined`] where the corrected model has no answer; it stays as it was.
     pub fn correct(&mut self, finer: &Finer, patches: &[Restraint]) -> Result<(), InverseError> {
         if self.correction.as_ref().is_some_and(|made| made.holds_for(patches)) {
             return Ok(());
         }
         let first = Mounted::new(&self.bench, &self.search, patches)?;
-        self.correction = Some(finer.correction(&first, patches)?);
-        Ok(())
+        let before = self.correction.replace(finer.correction(&first, patches)?);
+        // What is extrapolated from two compliances need not be one, where patches crowd round a tip or each other.
+        let answer = self.mount(patches).and_then(|mounted| self.forward(&mounted, 1.0).map(|_| ()));
+        if answer.is_err() {
+            self.correction = before;
+        }
+        answer
     }
 
     /// What the readings would be.

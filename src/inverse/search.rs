@@ -170,10 +170,14 @@ pub fn search(
     let mut looking = Looking { problem, finer, patch_radius_m, candidates };
     looking.correct(&start.patches)?;
     let mut at = refit(looking.problem, start)?;
-    for _ in 0..ROUNDS {
+    let mut rounds = 0;
+    while rounds < ROUNDS {
+        rounds += 1;
         tell(&at);
+        if where_answered(looking.correct(&at.state.patches))?.is_none() {
+            break;
+        }
         looking.problem.whitening = looking.problem.whitening.near(&at.prediction);
-        looking.correct(&at.state.patches)?;
         let Descent { at: renewed, gained, .. } = descend(looking.problem, &at.state, GOOD_ENOUGH)?;
         let (found, changes) = looking.settled(renewed)?;
         at = refit(looking.problem, &found.state)?;
@@ -184,7 +188,7 @@ pub fn search(
     if looking.problem.unrested {
         return Ok(at);
     }
-    Err(InverseError::NotSettled { rounds: ROUNDS, patches: at.state.patches.len() })
+    Err(InverseError::NotSettled { rounds, patches: at.state.patches.len() })
 }
 
 /// A search under way.
@@ -244,7 +248,10 @@ impl Looking<'_, '_> {
             glued: false,
         });
         let before = self.problem.correction.take();
-        self.correct(&state.patches)?;
+        if where_answered(self.correct(&state.patches))?.is_none() {
+            self.problem.correction = before;
+            return Ok(None);
+        }
         // Where it converges does not matter yet: the next patch may move this one.
         let grown = best_softness(self.problem, state).and_then(|start| descend(self.problem, &start, ROUGH));
         if let Some(Descent { at: grown, .. }) = where_answered(grown)?
@@ -297,7 +304,9 @@ impl Looking<'_, '_> {
             }
         }
         let Some((_, state)) = best else { return Ok(None) };
-        self.correct(&state.patches)?;
+        if where_answered(self.correct(&state.patches))?.is_none() {
+            return Ok(None);
+        }
         let hopeless = as_good(at, &state);
         Ok(where_answered(descend_below(self.problem, &state, ROUGH, hopeless))?.map(|descent| descent.at))
     }
