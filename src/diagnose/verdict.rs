@@ -81,7 +81,8 @@ pub(super) fn judge(
         if doubtful || !shows && chosen.physics.iter().all(|p| like_elements(*p)) {
             // Hardly anything is left to be explained, and the explanation is doubtful, or elements may have left it.
             remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
-            verdict.confidence = (1.0 - sure).max(LEAST_CONFIDENCE);
+            // No surer than where nothing explains anything.
+            verdict.confidence = (1.0 - sure).clamp(LEAST_CONFIDENCE, NOTHING_LEFT_OUT);
             detected = false;
         } else if sure < LEAST_CONFIDENCE || evidence.explained < EXPLAINS && x_after > 4.0 * sd {
             verdict.unexplained = true;
