@@ -16,6 +16,7 @@
 //! | 2 | [`driver`] | how real hardware speaks |
 //! | 2 | [`sim`] | a bench with physics of its own, sharing no element, load or material with [`fem`]; also at the level of bytes |
 //! | 2 | [`session`] | what was recorded, safely; a recording as devices again |
+//! | 2 | [`track`] | where the dots of a camera's pictures are, and which is which |
 //! | 2 | [`inverse`] | which parameters explain the observations, and how surely |
 //! | 3 | [`diagnose`] | what the model left out |
 //! | 3 | [`dataset`] | sessions and recording bundles turned into observations, and back |
@@ -30,7 +31,7 @@
 //!
 //! # Invariants
 //! - SI units and `f64` inside; a value at an edge carries its unit in its name.
-//! - [`fem`], [`inverse`] and [`observation`] do no input or output, read no clock and hold no globals.
+//! - [`fem`], [`inverse`], [`observation`] and [`track`] do no input or output, read no clock and hold no globals.
 //!   Randomness enters as a seed; results do not depend on the number of threads.
 //! - [`sim`] shares only floor 0 with the fit, so that a fit of simulated data is never a fit of itself.
 //! - A solver never returns an unconverged state as if it were a result.
@@ -56,4 +57,5 @@ pub mod rig;
 pub mod session;
 pub mod sim;
 pub mod sparse;
+pub mod track;
 pub mod units;

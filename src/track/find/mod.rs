@@ -1,0 +1,16 @@
+//! Where dots are in a grey picture: white on a dark, uneven background with glare.
+//!
+//! Levels over blocks → runs → components → candidates on their own half-way levels → centres → those that are alike.
+
+mod candidates;
+mod finder;
+mod noise;
+mod population;
+mod runs;
+mod shape;
+mod threshold;
+
+#[cfg(test)]
+mod pictures;
+
+pub use finder::{Finder, Found};
