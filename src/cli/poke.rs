@@ -5,7 +5,7 @@ use super::recorded_run::{How, MESH, passed_s, record, told};
 use super::run_watch::Watch;
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
 use crate::dataset::{FromSession, read_mesh, read_planned_pokes, read_sessions, write_bundle};
-use crate::observation::{PlannedPoke, Poke, Recording};
+use crate::observation::{PlannedPoke, Recording};
 use crate::report::write_pokes;
 use crate::session::{Session, StartDocument};
 use anyhow::{Context as _, bail};
@@ -45,9 +45,8 @@ pub(super) struct PokeArguments {
     force: bool,
 }
 
-/// A poke is the one asked for within this (m, and of a unit vector).
-const SAME_PLACE_M: f64 = 1e-4;
-const SAME_DIRECTION: f64 = 0.02;
+/// A poke that was asked for is the one asked for now within this (m, of a unit vector, and as a share): what writing loses.
+const SAME: f64 = 1e-6;
 
 pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Result<Outcome> {
     let asked = read_planned_pokes(&arguments.pokes)?;
@@ -58,16 +57,20 @@ pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Resul
     let bundle = StagedFolder::new(&arguments.out, Kind::Recording, arguments.force)?;
     let into = arguments.into.clone().unwrap_or_else(|| beside(&arguments.session));
     let mut sessions = vec![first.clone()];
+    let mut so_far = read_sessions(&sessions, mesh.clone())?.recording;
+    let mut made = Vec::new();
     for number in 1.. {
         let folder = into.join(format!("{number:02}"));
         if !folder.exists() {
             break;
         }
         sessions.push(Session::open(folder)?);
+        let before = so_far.pokes.len();
+        so_far = read_sessions(&sessions, mesh.clone())?.recording;
+        let wanted = read_planned_pokes(&table_of(&into, number))?;
+        made.extend(wanted.into_iter().take(so_far.pokes.len() - before));
     }
-    let before = read_sessions(&sessions[..1], mesh.clone())?.recording.pokes.len();
-    let so_far = read_sessions(&sessions, mesh.clone())?.recording;
-    let left = left_to_make(&asked, &so_far.pokes[before..], &into)?;
+    let left = left_to_make(&asked, &made, &into)?;
     if !left.is_empty() {
         let session = make(arguments, left, &so_far, &into, sessions.len(), first.start(), context)?;
         sessions.push(session);
@@ -96,12 +99,17 @@ pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Resul
 /// Of the pokes that are asked for, those that were not made yet. Those that were must be the first of them.
 fn left_to_make<'a>(
     asked: &'a [PlannedPoke],
-    made: &[Poke],
+    made: &[PlannedPoke],
     into: &Path,
 ) -> anyhow::Result<&'a [PlannedPoke]> {
-    let same = |(asked, made): (&PlannedPoke, &Poke)| {
-        (asked.site - made.site).norm() <= SAME_PLACE_M
-            && (asked.direction - made.direction).norm() <= SAME_DIRECTION
+    let close = |one: f64, other: f64| (one - other).abs() <= SAME * one.abs();
+    let same = |(asked, made): (&PlannedPoke, &PlannedPoke)| {
+        (asked.site - made.site).norm() <= SAME
+            && (asked.direction - made.direction).norm() <= SAME
+            && close(asked.radius_m, made.radius_m)
+            && close(asked.depth_m, made.depth_m)
+            && close(asked.rate_m_s, made.rate_m_s)
+            && close(asked.hold_s, made.hold_s)
     };
     if made.len() > asked.len() || !asked.iter().zip(made).all(same) {
         bail!(
@@ -124,9 +132,18 @@ fn make(
     context: &Context,
 ) -> anyhow::Result<Session> {
     std::fs::create_dir_all(into).with_context(|| format!("{}: can't be made", into.display()))?;
-    let table = into.join(format!("{number:02}.csv"));
+    let table = table_of(into, number);
     write_pokes(&table, pokes, so_far)?;
     let planned = PlannedArguments::of_table(&table, &arguments.rig).read()?;
+    if planned.rig.public_text() != first.rig.text {
+        bail!(
+            "{}: is not the rig file that {} was recorded with; nothing was moved",
+            arguments.rig.display(),
+            arguments.session.display()
+        );
+    }
+    // Before anything is opened, as `run` does.
+    planned.plan([0.0, 0.0]).checked()?;
     let bench = planned.rig.simulated(&planned.pokes())?.map(|bench| bench.later(number as u64));
     let how = How {
         watch: Watch::choose(context, true),
@@ -141,6 +158,11 @@ fn make(
         bail!("{}: stopped: {}", folder.display(), told(stopped, &recorded.ran));
     }
     Ok(Session::open(folder)?)
+}
+
+/// What a session of more pokes was asked for.
+fn table_of(into: &Path, number: usize) -> PathBuf {
+    into.join(format!("{number:02}.csv"))
 }
 
 /// `SESSION-pokes`.
@@ -165,21 +187,24 @@ mod tests {
             rate_m_s: 1e-3,
             hold_s: 0.0,
         };
-        let made = |x: f64| Poke {
-            number: 1,
-            site: Vec3::new(x, 0.0, 0.0),
-            direction: Vec3::z(),
-            radius_m: 0.008,
-            start_s: 0.0,
-            end_s: 1.0,
-        };
+        let made = asked;
         let (asked, place) = ([asked(0.01), asked(0.02)], Path::new("somewhere"));
-        let left = |made: &[Poke]| left_to_make(&asked, made, place).map(<[PlannedPoke]>::len).ok();
+        let left = |made: &[PlannedPoke]| left_to_make(&asked, made, place).map(<[PlannedPoke]>::len).ok();
         assert_eq!(
             [left(&[]), left(&[made(0.01)]), left(&[made(0.01), made(0.02)])],
             [Some(2), Some(1), Some(0)]
         );
         assert_eq!(left(&[made(0.02)]), None);
         assert_eq!(left(&[made(0.01), made(0.02), made(0.03)]), None);
+        let first = made(0.01);
+        for other in [
+            PlannedPoke { direction: Vec3::x(), ..first },
+            PlannedPoke { radius_m: 0.005, ..first },
+            PlannedPoke { depth_m: 0.04, ..first },
+            PlannedPoke { rate_m_s: 2e-3, ..first },
+            PlannedPoke { hold_s: 1.0, ..first },
+        ] {
+            assert_eq!(left(&[other]), None, "{other:?}");
+        }
     }
 }

@@ -174,6 +174,20 @@ fn stopped_and_gone_on_with() {
     // What was made is not made again.
     let (_, text, stderr) = run(&[&more[..], &["--force"]].concat());
     assert!(text.contains("4 pokes, 0 of them new"), "{text}{stderr}");
+    // One of another depth is another one. One too deep, or on another rig, is refused before anything moves.
+    let refused = |table: &Path, rig: &str, into: &Path, words: &str| {
+        let arguments = ["poke", session, "--rig", rig, "--pokes", utf8(table), "--out", utf8(&longer)];
+        let (code, text, stderr) = run(&[&arguments[..], &["--force", "--into", utf8(into)]].concat());
+        assert!(code == 1 && stderr.contains(words) && !stderr.contains("homing"), "{code} {text}{stderr}");
+    };
+    let deep = at("deep.csv");
+    fs::write(&deep, format!("{header}\n{}\n", row.replace("0.0015", "0.04"))).expect("writable");
+    let (made, elsewhere, other) = (at("sessions/monday-pokes"), at("elsewhere"), at("other"));
+    refused(&deep, rig, &made, "name another place with --into");
+    refused(&deep, rig, &elsewhere, "nothing was moved");
+    fs::create_dir(&other).expect("a folder");
+    let other = self::rig(&other, &[("clearance_mm = 5.0", "clearance_mm = 6.0")]);
+    refused(&table, utf8(&other), &elsewhere, "is not the rig file");
 }
 
 #[test]
