@@ -12,7 +12,7 @@
 //! interrupted, and says so.
 //!
 //! # Format `phantom-session/1`
-//! MCAP with uncompressed chunks, each with its checksum, closed after 80 ms or 1 MiB. Topics, schemas and encodings: [`Topic`];
+//! MCAP with uncompressed chunks, each with its checksum, closed after 50 ms or 128 KiB. Topics, schemas and encodings: [`Topic`];
 //! channel n is the n-th of [`Topic::ALL`]. A message's time is that of its (first) record on the host's monotonic clock; its number
 //! counts from 1 in each topic and file. Nothing is corrected in place: counts stay counts, and clock probes are recorded, never applied.
 //!

@@ -18,8 +18,9 @@ use std::time::Duration;
 /// A chunk is written out so long after its first message.
 pub(super) const CHUNK_SPAN: Duration = Duration::from_millis(50);
 
-/// A chunk is written out when it is larger (bytes).
-const CHUNK_SIZE: u64 = 1 << 20;
+/// A chunk is written out when it is larger (bytes): about 0.3 s of everything but pictures. What a writer that was held up catches up
+/// with in no time is not to be lost with one damaged chunk either.
+const CHUNK_SIZE: u64 = 1 << 17;
 
 /// Largest payload of a message (bytes).
 pub(super) const LARGEST_MESSAGE: usize = 16 << 20;
