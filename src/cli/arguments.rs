@@ -68,6 +68,12 @@ pub(super) enum Command {
 
 /// Looks at sessions, rescues them, and turns them into something else.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  phantom-rig session info sessions/monday
+  phantom-rig session verify sessions/monday
+  phantom-rig session recover sessions/monday --out sessions/monday-recovered
+  phantom-rig session export sessions/monday --bundle sessions/monday-bundle
+  phantom-rig session export sessions/monday --csv sessions/monday-tables")]
 pub(super) struct SessionArguments {
     #[command(subcommand)]
     pub(super) action: SessionAction,

@@ -1,10 +1,11 @@
 //! `bench`: the simulated bench of a concealed draw goes on with its session.
 
 use super::conceal::Session;
-use super::proof::{ProofFolder, open_answer, open_key, read_sums};
+use super::proof::{ProofError, ProofFolder, open_answer, open_key, read_sums};
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
 use crate::dataset::{read_planned_pokes, write_bundle};
 use crate::sim::Phantom;
+use crate::units::counted;
 use clap::Args;
 use serde::Deserialize;
 use serde_json::json;
@@ -49,9 +50,16 @@ struct Made {
 pub(super) fn run(arguments: &BenchArguments, context: &Context) -> anyhow::Result<Outcome> {
     let (folder, draw) = (ProofFolder::new(&arguments.folder), arguments.draw.as_str());
     folder.made()?;
+    let sums = read_sums(&folder.hashes())?;
+    if !sums.contains_key(draw) {
+        let (place, draw) = (arguments.folder.clone(), draw.to_owned());
+        let ends = [sums.keys().next(), sums.keys().next_back()];
+        let known = ends.map(|end| end.map_or("none", String::as_str)).join(" to ");
+        return Err(ProofError::NoSuchDraw { place, draw, known }.into());
+    }
     let planned = read_planned_pokes(&arguments.pokes)?;
     let seal = open_key(&folder, arguments.key.as_deref())?;
-    let made: Made = open_answer(&folder, &seal, draw, &read_sums(&folder.hashes())?)?;
+    let made: Made = open_answer(&folder, &seal, draw, &sums)?;
     let mut world = made.session.world(draw);
     for poke in &planned {
         world.press(poke)?;
@@ -68,7 +76,12 @@ pub(super) fn run(arguments: &BenchArguments, context: &Context) -> anyhow::Resu
     let pokes = recording.pokes.len();
     Ok(Outcome {
         exit: Exit::Good,
-        text: format!("{}: {pokes} pokes, {} of them new", arguments.out.display(), planned.len()),
+        text: format!(
+            "{}: {}, {} of them new",
+            arguments.out.display(),
+            counted(pokes, "poke", "pokes"),
+            planned.len()
+        ),
         json: json!({
             "format": "phantom-bench/1",
             "bundle": arguments.out,

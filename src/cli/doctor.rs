@@ -3,12 +3,13 @@
 use super::{Context, Exit, Outcome};
 use crate::acquire::stay_resident;
 use crate::clock::HostTime;
+use crate::dataset::read_mesh;
 use crate::device::{ForceSensor, Losses, Stage, StageState};
 use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings, serial_ports};
-use crate::rig::RigFile;
+use crate::rig::{RigError, RigFile};
 use clap::Args;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Looks for devices and says what they answer.
@@ -47,9 +48,19 @@ pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Res
     let mut findings = Vec::new();
     if let Some(file) = &arguments.rig {
         let rig = RigFile::read(file)?;
-        let mut devices = rig.open(rig.simulated(&[])?, 0.0)?;
-        findings.push(stage(devices.stage.as_mut()));
-        findings.push(force(devices.force.as_mut()));
+        let mut devices = rig.open_each(rig.simulated(&[])?, 0.0)?;
+        findings.push(match &mut devices.stage {
+            Ok(found) => stage(found.as_mut()),
+            Err(error) => missing("stage", error),
+        });
+        findings.push(match &mut devices.force {
+            Ok(found) => force(found.as_mut()),
+            Err(error) => missing("force sensor", error),
+        });
+        if let Err(error) = &devices.markers {
+            findings.push(missing("markers", error));
+        }
+        findings.extend(rig.mesh().as_deref().map(mesh));
     } else {
         let ports = if arguments.port.is_empty() { serial_ports()? } else { arguments.port.clone() };
         if ports.is_empty() {
@@ -95,17 +106,39 @@ pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Res
     drop(spinner);
     let good = findings.iter().all(|f| f.good);
     let mut text: Vec<String> = findings.iter().map(|f| f.text.clone()).collect();
-    text.push(if good {
-        "next: put ports and addresses into a rig file (rigs/bench-ati-*.toml), then phantom-rig plan"
-            .to_owned()
-    } else {
-        "next: see to what is said above, then run doctor again".to_owned()
+    text.push(match &arguments.rig {
+        _ if !good => "next: see to what is said above, then run doctor again".to_owned(),
+        Some(rig) => format!("next: phantom-rig plan PROTOCOL --rig {}", rig.display()),
+        None => {
+            "next: put ports and addresses into a rig file (rigs/bench-ati-*.toml), then phantom-rig plan"
+                .to_owned()
+        }
     });
     Ok(Outcome {
         exit: if good { Exit::Good } else { Exit::Degraded },
         text: text.join("\n"),
         json: json!({"format": "phantom-doctor/1", "good": good, "findings": findings.into_iter().map(|f| f.json).collect::<Vec<_>>()}),
     })
+}
+
+/// A device of a rig file that cannot be opened.
+fn missing(device: &'static str, error: &RigError) -> Finding {
+    let why = chain(error);
+    Finding { text: format!("{device}: {why}"), json: json!({"device": device, "error": why}), good: false }
+}
+
+/// Whether the phantom's mesh can be read.
+fn mesh(file: &Path) -> Finding {
+    let name = file.display();
+    let (text, error) = match read_mesh(file) {
+        Ok(mesh) => (format!("mesh {name}: {} nodes", mesh.nodes.len()), None),
+        Err(error) if file.exists() => (format!("mesh: {}", chain(&error)), Some(chain(&error))),
+        Err(error) => {
+            (format!("mesh {name}: missing; `phantom-rig mesh block` makes one"), Some(chain(&error)))
+        }
+    };
+    let good = error.is_none();
+    Finding { text, json: json!({"mesh": file, "error": error}), good }
 }
 
 /// Whether a run's program stays in memory. One that does not is no fault of the bench.

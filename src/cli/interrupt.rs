@@ -1,6 +1,7 @@
 //! What Ctrl-C and a polite kill do: usually the program ends; while a stage moves, it is stopped first.
 
 use super::staged::remove_staged;
+use std::io::{IsTerminal, Write as _};
 use std::sync::{Mutex, PoisonError};
 
 /// What Ctrl-C exits with: 128 + SIGINT.
@@ -18,6 +19,10 @@ pub(super) fn listen() -> Result<(), ctrlc::Error> {
             return hook();
         }
         remove_staged();
+        // On a terminal the line has a bar and the ^C on it. Nobody is left to be told when standard error is closed.
+        let mut to = std::io::stderr().lock();
+        let line = if to.is_terminal() { "\n" } else { "" };
+        let _ = writeln!(to, "{line}interrupted: what was not finished is not kept");
         std::process::exit(INTERRUPTED);
     })
 }

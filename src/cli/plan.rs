@@ -32,7 +32,14 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
     let missing = planned.rig.mesh().filter(|mesh| !mesh.is_file());
     let mut table = plan.table();
     if let Some(mesh) = &missing {
-        let _ = write!(table, "\nThe phantom's mesh is missing: {}", mesh.display());
+        let _ = write!(
+            table,
+            "\nThe phantom's mesh is missing: {}; `phantom-rig mesh block` makes one",
+            mesh.display()
+        );
+    }
+    if let Some(file) = &arguments.draw {
+        let _ = write!(table, "\nDrawn: {}", file.display());
     }
     let json = json!({
         "format": "phantom-plan/1",

@@ -5,12 +5,15 @@ use crate::acquire::{
     Action, Bench, Latency, ListedPoke, LoadLimits, PhantomBox, Plan, PlannedStep, Profile, Protocol, Stream,
     from_poke, pad_stiffness_n_per_m,
 };
-use crate::dataset::read_planned_pokes;
+use crate::dataset::{read_mesh, read_planned_pokes};
 use crate::geometry::Vec3;
+use crate::mesh::TetMesh;
 use crate::observation::PlannedPoke;
 use crate::rig::RigFile;
+use crate::session::{HashedText, Session};
 use anyhow::Context as _;
 use clap::Args;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A protocol on a rig.
@@ -115,6 +118,33 @@ impl Planned {
         self.steps = from_poke(&self.protocol.expand(), poke)?.to_vec();
         self.first_poke = poke;
         Ok(())
+    }
+
+    /// The phantom's mesh; none where it is simulated.
+    pub(super) fn mesh(&self) -> anyhow::Result<Option<TetMesh>> {
+        let file = self.rig.mesh();
+        let read = file.map(|file| {
+            let to_do = if file.exists() { "" } else { "; `phantom-rig mesh block` makes one" };
+            read_mesh(&file).with_context(|| format!("the phantom's mesh{to_do}"))
+        });
+        read.transpose()
+    }
+
+    /// What a session keeps of the rig file.
+    pub(super) fn rig_text(&self) -> HashedText {
+        HashedText::new(self.rig.public_text())
+    }
+
+    /// Variables of the protocol that were given other values.
+    pub(super) fn overridden(&self) -> BTreeMap<String, f64> {
+        let given = self.protocol.variables().iter().filter(|v| v.overridden);
+        given.map(|v| (v.name.clone(), v.value)).collect()
+    }
+
+    /// Refuses a session that was not begun with this protocol on this rig.
+    pub(super) fn same_as(&self, session: &Session) -> anyhow::Result<()> {
+        let protocol = HashedText::new(self.protocol_text.clone());
+        Ok(session.begun_with(self.protocol.name(), &self.rig_text(), &protocol, &self.overridden())?)
     }
 
     /// Whether a step waits for a person.

@@ -8,6 +8,7 @@ use crate::dataset::{FromSession, read_mesh, read_planned_pokes, read_sessions, 
 use crate::observation::{PlannedPoke, Recording};
 use crate::report::write_pokes;
 use crate::session::{Session, StartDocument};
+use crate::units::counted;
 use anyhow::{Context as _, bail};
 use clap::Args;
 use serde_json::json;
@@ -79,7 +80,12 @@ pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Resul
     write_bundle(&recording, bundle.path())?;
     bundle.finish()?;
     let pokes = recording.pokes.len();
-    let mut text = format!("{}: {pokes} pokes, {} of them new", arguments.out.display(), left.len());
+    let mut text = format!(
+        "{}: {}, {} of them new",
+        arguments.out.display(),
+        counted(pokes, "poke", "pokes"),
+        left.len()
+    );
     for remark in &remarks {
         text.push_str(&format!("\nnote: {remark}"));
     }

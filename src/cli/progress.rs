@@ -36,7 +36,8 @@ impl Progress {
 
     /// A sign of life for work of unknown length.
     pub fn spinner(&self, label: &str) -> Bar {
-        let bar = ProgressBar::with_draw_target(None, self.target());
+        let bar =
+            ProgressBar::with_draw_target(None, self.target()).with_style(ProgressStyle::default_spinner());
         bar.set_message(label.to_owned());
         if self.visible {
             bar.enable_steady_tick(std::time::Duration::from_millis(100));

@@ -8,7 +8,7 @@ use crate::acquire::{
     Cause, Conduct, Instruments, Latch, Operator, Ran, Stopped, Watched, conduct, stay_resident,
 };
 use crate::clock::HostTime;
-use crate::dataset::{read_mesh, write_msh};
+use crate::dataset::write_msh;
 use crate::device::{AXES, ForceFormat, Losses, MarkerSource, Stage, StageLimits, StageState};
 use crate::rig::{Devices, RigFile, SimulatedBench};
 use crate::session::{
@@ -60,6 +60,7 @@ pub(super) fn record(
     context: &Context,
 ) -> anyhow::Result<RecordedRun> {
     let parent = folder.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mesh = planned.mesh()?;
     let spinner = context.progress.spinner("opening the devices");
     if how.watch == Watch::Lines {
         let simulated =
@@ -74,10 +75,7 @@ pub(super) fn record(
     fits(&planned.rig, devices.stage.limits(), devices.force.format())?;
     stops(&planned.rig, devices.stage.as_ref())?;
     room(parent, planned.plan([0.0, 0.0]).data_bytes())?;
-    let mesh = match planned.rig.mesh() {
-        Some(file) => read_mesh(&file)?,
-        None => devices.simulated_mesh()?,
-    };
+    let mesh = mesh.map_or_else(|| devices.simulated_mesh(), Ok)?;
     let mut mesh_bytes = Vec::new();
     write_msh(&mesh, &mut mesh_bytes).context("the phantom's mesh")?;
     if how.bias {
@@ -317,13 +315,10 @@ fn start_document(planned: &Planned, devices: &Devices, mesh: &[u8]) -> StartDoc
         started_utc: utc_text(SystemTime::now()),
         started_host_ns: now.nanos(),
         boot: boot(),
-        variables: (planned.protocol.variables().iter())
-            .filter(|v| v.overridden)
-            .map(|v| (v.name.clone(), v.value))
-            .collect(),
+        variables: planned.overridden(),
         program: concat!("phantom-rig ", env!("CARGO_PKG_VERSION")).to_owned(),
         seeds: BTreeMap::new(),
-        rig: HashedText::new(rig.public_text()),
+        rig: planned.rig_text(),
         protocol: HashedText::new(planned.protocol_text.clone()),
         stage: Some(StageDocument::new(devices.stage.identity(), devices.stage.limits())),
         force: Some(ForceDocument::new(devices.force.identity(), devices.force.format())),

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 /// Feeds what a session recorded through the devices' own interfaces, and records it anew.
 ///
-/// What comes out is what went in, byte for byte: times, counts and positions are those that were recorded. Says where that is not so.
+/// What comes out is what went in: exported as tables, the two sessions are the same byte for byte. Says where that is not so.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig replay sessions/monday --out sessions/monday-again

@@ -6,9 +6,11 @@ use super::run_watch::Watch;
 use super::{Context, Exit, Outcome, UsageError};
 use crate::acquire::CheckedPlan;
 use crate::session::{Outcome as SessionOutcome, Session, utc_text};
+use crate::units::counted;
 use anyhow::bail;
 use clap::Args;
 use serde_json::json;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -53,7 +55,8 @@ pub(super) fn run(arguments: &RunArguments, context: &Context) -> anyhow::Result
         if session.stop().is_some_and(|stop| stop.outcome == SessionOutcome::Success) {
             bail!("{}: the session came to its end; nothing is left to go on with", folder.display());
         }
-        planned.go_on_from(first_unfinished(session)?)?;
+        planned.same_as(session)?;
+        planned.go_on_from(first_unfinished(session))?;
     }
     let watch = Watch::choose(context, arguments.lines);
     if planned.asks() && !arguments.yes && watch != Watch::Screen {
@@ -84,16 +87,15 @@ pub(super) fn run(arguments: &RunArguments, context: &Context) -> anyhow::Result
     Ok(said(&folder, &recorded))
 }
 
+/// The pokes of its protocol that a session has finished, as far as it can be read.
+pub(super) fn finished_pokes(session: &Session) -> BTreeSet<u32> {
+    let ends = session.events().flatten().filter(|event| event.name == "stroke-end");
+    ends.filter_map(|event| event.poke).collect()
+}
+
 /// The first poke that an interrupted session did not finish.
-fn first_unfinished(session: &Session) -> anyhow::Result<u32> {
-    let mut finished = 0;
-    for event in session.events() {
-        let event = event?;
-        if event.name == "stroke-end" {
-            finished = finished.max(event.poke.unwrap_or(0));
-        }
-    }
-    Ok(finished + 1)
+fn first_unfinished(session: &Session) -> u32 {
+    finished_pokes(session).last().map_or(1, |last| last + 1)
 }
 
 fn default_folder(protocol: &str) -> PathBuf {
@@ -118,8 +120,8 @@ pub(super) fn said(folder: &Path, recorded: &RecordedRun) -> Outcome {
     let (exit, first) = match &ran.stopped {
         Some(stopped) => {
             let sent = stopped.tripped.sent.map(|s| s.since(stopped.tripped.seen).as_secs_f64() * 1e3);
-            let sent = sent.map_or("stop bytes could not be sent".to_owned(), |ms| {
-                format!("stop bytes after {ms:.2} ms")
+            let sent = sent.map_or("the stop could not be sent".to_owned(), |ms| {
+                format!("the stop was on its way after {ms:.2} ms")
             });
             let text = format!(
                 "stopped after {} of {steps} steps: {}\n{sent}; {}\n\
@@ -130,15 +132,21 @@ pub(super) fn said(folder: &Path, recorded: &RecordedRun) -> Outcome {
             );
             (Exit::Failed, text)
         }
-        None if lost > 0 => (Exit::Degraded, format!("{} pokes; something was lost", pokes)),
-        None => (Exit::Good, format!("{} pokes", pokes)),
+        None if lost > 0 => {
+            (Exit::Degraded, format!("{}; something was lost", counted(pokes, "poke", "pokes")))
+        }
+        None => (Exit::Good, counted(pokes, "poke", "pokes")),
     };
     let name = folder.display();
+    let poked = Session::open(folder).is_ok_and(|session| !finished_pokes(&session).is_empty());
+    let next = if poked {
+        format!("session export {name} --bundle {name}-bundle")
+    } else {
+        format!("session info {name} (no poke was finished: there is nothing to be fitted yet)")
+    };
     Outcome {
         exit,
-        text: format!(
-            "{first}\n{records}\nSession: {name}\nNext: phantom-rig session export {name} --bundle {name}-bundle"
-        ),
+        text: format!("{first}\n{records}\nSession: {name}\nNext: phantom-rig {next}"),
         json: json!({
             "format": "phantom-run/1",
             "session": folder,

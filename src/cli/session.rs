@@ -2,9 +2,11 @@
 //! recording bundle.
 
 use super::recorded_run::MESH;
+use super::run_protocol::finished_pokes;
 use super::{Exit, Kind, Outcome, StagedFolder};
 use crate::dataset::{read_mesh, read_sessions, write_bundle};
 use crate::session::{Finding, Info, Outcome as SessionOutcome, Session, recover};
+use crate::units::counted;
 use anyhow::{Context as _, anyhow, bail};
 use clap::{Args, Subcommand};
 use serde_json::json;
@@ -50,7 +52,7 @@ pub(super) struct ExportArguments {
     /// Sessions that went on with it on the same rig, in order: they become part of the bundle
     #[arg(value_name = "SESSION")]
     more: Vec<PathBuf>,
-    /// Write a recording bundle into this folder
+    /// Write a recording bundle into this folder (this or --csv, or both)
     #[arg(long, value_name = "BUNDLE", required_unless_present = "csv")]
     bundle: Option<PathBuf>,
     /// Write force.csv, stage.csv, markers.csv and events.csv into this folder
@@ -86,6 +88,14 @@ fn info(path: &SessionPath) -> anyhow::Result<Outcome> {
         info.duration_s,
         info.bytes as f64 / 1e6,
         info.segments
+    );
+    let finished = finished_pokes(&session).len();
+    let _ = writeln!(
+        text,
+        "rig     {}; protocol {}, {} finished",
+        start.phantom.description,
+        start.name,
+        counted(finished, "poke", "pokes")
     );
     if let Some(stage) = &start.stage {
         let _ = writeln!(text, "stage   {} at {}", stage.controller, stage.port);
@@ -129,6 +139,8 @@ fn info(path: &SessionPath) -> anyhow::Result<Outcome> {
         "format": "phantom-session-info/1",
         "name": info.name,
         "outcome": info.outcome,
+        "rig": start.phantom.description,
+        "pokes_finished": finished,
         "started_utc": start.started_utc,
         "segments": info.segments,
         "bytes": info.bytes,
@@ -233,7 +245,7 @@ fn export(arguments: &ExportArguments) -> anyhow::Result<Outcome> {
         let staged = StagedFolder::new(folder, Kind::Recording, arguments.force)?;
         write_bundle(&from.recording, staged.path()).context("the bundle")?;
         staged.finish()?;
-        told.push(format!("{}: {} pokes", folder.display(), from.recording.pokes.len()));
+        told.push(format!("{}: {}", folder.display(), counted(from.recording.pokes.len(), "poke", "pokes")));
         pokes = Some(from.recording.pokes.len());
         remarks = from.remarks;
     }

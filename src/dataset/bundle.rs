@@ -10,6 +10,7 @@ use super::table::ends_with_newline;
 use super::{DatasetError, MeshFileError, Suspicion};
 use crate::mesh::TetMesh;
 use crate::observation::Recording;
+use crate::session::Session;
 use std::path::{Path, PathBuf};
 
 /// The names under which a bundle's mesh is looked for, the first found being read.
@@ -26,6 +27,9 @@ const SURFACES: [&str; 3] = ["fixed", "search", "observed"];
 pub fn read_bundle(folder: &Path) -> Result<(Recording, Vec<Suspicion>), DatasetError> {
     if !folder.is_dir() {
         return Err(DatasetError::NotAFolder { folder: folder.to_owned() });
+    }
+    if Session::is_at(folder) && !folder.join("recording.toml").is_file() {
+        return Err(DatasetError::IsASession { folder: folder.to_owned() });
     }
     let manifest_file = existing(folder, "recording.toml", "recording.toml")?;
     let poke_file = existing(folder, "pokes.csv", "pokes.csv")?;

@@ -13,6 +13,12 @@ pub enum DatasetError {
         /// What was given.
         folder: PathBuf,
     },
+    /// A session that was not turned into a bundle.
+    #[error("{0}: a session, not a recording bundle; `phantom-rig session export {0} --bundle {0}-bundle` makes one of it", folder.display())]
+    IsASession {
+        /// What was given.
+        folder: PathBuf,
+    },
     /// A file that every bundle has is not there.
     #[error("{}: the file is missing; a recording bundle needs {expected}", file.display())]
     MissingFile {

@@ -46,7 +46,9 @@ const LEFT_OF_EXTRAPOLATION: f64 = 0.25;
 /// Extrapolated: what P2 leaves away from the end of the glue at the longest edge that
 /// [`Resolution`](crate::fem::Resolution) allows (see the refinement study in the tests). A quick fit stays on the given
 /// mesh; on slabs with free glue ends its error was up to the common figure where that mesh was as fine there as the
-/// first level, and it grows with the edges. P1, offered for comparison, locks.
+/// first level, and it grows with the edges; where springs pull close to that end its error reached their disc's own compliance too,
+/// by 0.09 of it (root mean square of the nine springs found in their places on sixteen drawn slabs). P1, offered for
+/// comparison, locks.
 pub(super) struct Elements {
     /// Of one reading of force, taken while patches are searched for: cautious, because what is not carried
     /// here is explained by patches.
@@ -55,6 +57,8 @@ pub(super) struct Elements {
     pub(super) site: f64,
     /// Common to all sites.
     common: f64,
+    /// Of a patch's own compliance, relative to the local compliance of its disc.
+    patch: f64,
 }
 
 impl Settled<'_> {
@@ -71,9 +75,11 @@ impl Elements {
     /// For these settings, on a given mesh of this [`coarseness`](crate::fem::coarseness).
     pub(super) fn of(settings: &Settings, coarseness: f64) -> Self {
         match (settings.element, settings.quick) {
-            (Order::P1, _) => Self { search: 0.05, site: 0.05, common: 0.2 },
-            (Order::P2, true) => Self { search: 3e-3, site: 3e-3, common: 0.02 * coarseness.max(1.0) },
-            (Order::P2, false) => Self { search: 3e-3, site: 1e-3, common: 1e-3 },
+            (Order::P1, _) => Self { search: 0.05, site: 0.05, common: 0.2, patch: 0.2 },
+            (Order::P2, true) => {
+                Self { search: 3e-3, site: 3e-3, common: 0.02 * coarseness.max(1.0), patch: 0.1 }
+            }
+            (Order::P2, false) => Self { search: 3e-3, site: 1e-3, common: 1e-3, patch: 0.0 },
         }
     }
 }
@@ -219,13 +225,20 @@ fn centroid_sd(at: &Linearised, covariance: &DMatrix<f64>, patch: usize) -> Vec3
 }
 
 /// Covariance of the parameters from what discretisation leaves besides what the whitening carries: the error common to
-/// all sites, which is one of the modulus, and part of the step from the finest discretisation to the extrapolated
-/// limit, as an error of all parameters together.
+/// all sites, which is one of the modulus, that of each patch's own compliance, and part of the step from the finest
+/// discretisation to the extrapolated limit, as an error of all parameters together.
 fn discretisation_covariance(found: &Settled<'_>) -> Result<DMatrix<f64>, InverseError> {
     let (at, problem) = (found.at, found.problem);
     let n = at.parameters.len();
     let mut covariance = DMatrix::zeros(n, n);
     covariance[(0, 0)] += found.elements.common.powi(2);
+    for (i, parameter) in at.parameters.iter().enumerate() {
+        if let Parameter::LogSoftness(p) = parameter {
+            let patch = &at.state.patches[*p];
+            let [_, local] = disc_self_compliance(patch.radius_m, problem.bench.model.poisson_ratio());
+            covariance[(i, i)] += (found.elements.patch * local / patch.softness).powi(2);
+        }
+    }
     if let Some(correction) = &problem.correction {
         let patches = &at.state.patches;
         let mut finest = Mounted::new(&problem.bench, &problem.search, patches)?;
@@ -318,10 +331,15 @@ fn remarks(
     let mut remarks = Vec::new();
     let left = &fit.residual;
     if left.chi2_per_dof > left.chi2_per_dof_limit {
+        let coarse = if settings.quick {
+            " It may be the coarse elements: without --quick they are finer."
+        } else {
+            ""
+        };
         remarks.push(format!(
-            "χ² per degree of freedom is {:.2}, noise alone leaves at most {:.3}: the model leaves something out. \
-             Modulus and restraint absorb part of it, and their deviations, widened by a factor of {:.1}, cannot \
-             make up for a wrong model.",
+            "χ² per degree of freedom is {:.3}, noise alone leaves at most {:.3}: the model leaves something out. \
+             Modulus and restraint absorb part of it, and their deviations, widened by a factor of {:.2}, cannot \
+             make up for a wrong model.{coarse}",
             left.chi2_per_dof,
             left.chi2_per_dof_limit,
             excess.sqrt()

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// A file could not be made or filled.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}", path.display())]
     Write {
         /// The file.
         path: PathBuf,
@@ -14,7 +14,7 @@ pub enum ReportError {
         source: std::io::Error,
     },
     /// A table could not be written.
-    #[error("cannot write the table {}: {source}", path.display())]
+    #[error("cannot write the table {}", path.display())]
     Table {
         /// The file.
         path: PathBuf,

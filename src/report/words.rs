@@ -3,7 +3,7 @@
 
 use super::document::interval90;
 use crate::inverse::{Estimate, Fit, PatchKind};
-use crate::units::with_sd;
+use crate::units::{counted, with_sd};
 
 /// How the residual compares with the noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,17 +63,20 @@ pub fn trust(fit: &Fit) -> String {
         Verdict::Explained => "The model explains the recording down to the noise.".to_owned(),
         Verdict::NoiseOverstated(ratio) => format!(
             "The model explains the recording; the residual is only {ratio:.2} × the stated noise, so the noise \
-             is stated too large and the deviations below are too wide."
+             is stated too large and the deviations are too wide."
         ),
         Verdict::Unexplained(ratio) => {
+            let most = fit.residual.chi2_per_dof_limit.sqrt();
+            // As many digits as tell the two apart.
+            let digits = (2..6).find(|d| (ratio - most) * 10_f64.powi(*d as i32) >= 1.0).unwrap_or(6);
             format!(
-                "The residual is {ratio:.2} × what noise would leave: the model is missing something. The figures \
-                 below are not to be trusted beyond {}, if that far.",
+                "The residual is {ratio:.digits$} × the noise, and noise alone leaves at most {most:.digits$} ×: the model is \
+                 missing something. The figures are not to be trusted beyond {}, if that far.",
                 modulus(&fit.young_modulus_pa)
             )
         }
         Verdict::Unjudged => {
-            "The residual could not be compared with the noise: the figures below are unchecked.".to_owned()
+            "The residual could not be compared with the noise: the figures are unchecked.".to_owned()
         }
     }
 }
@@ -109,11 +112,6 @@ pub(super) fn modulus_sd(sd: f64, value: f64) -> String {
 /// A standard deviation of a stiffness alone, two digits.
 pub(super) fn stiffness_sd(sd: f64) -> String {
     deviation(sd, 1.0, "N/m")
-}
-
-/// `2 pokes`, `1 poke`.
-pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { many })
 }
 
 fn modulus_unit(value: f64) -> (f64, &'static str) {

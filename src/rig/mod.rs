@@ -12,6 +12,6 @@ mod simulation;
 
 pub use error::RigError;
 pub use facts::RigFile;
-pub use open::{Devices, SimulatedBench};
+pub use open::{Devices, EachDevice, SimulatedBench};
 
 use file::SIMULATED;

@@ -42,6 +42,17 @@ pub struct Devices {
     simulated: Simulated,
 }
 
+/// A rig's devices, each opened or not.
+pub struct EachDevice {
+    /// The stage.
+    pub stage: Result<Box<dyn Stage>, RigError>,
+    /// The force sensor.
+    pub force: Result<Box<dyn ForceSensor>, RigError>,
+    /// Where marker positions come from, if anything tells them.
+    pub markers: Result<Option<Box<dyn MarkerSource>>, RigError>,
+    simulated: Simulated,
+}
+
 /// The far ends of simulated ports. Dropped after the devices: their fields come first.
 #[derive(Default)]
 struct Simulated {
@@ -50,6 +61,12 @@ struct Simulated {
     _native: Option<NativeStageEmulator>,
     _grbl: Option<GrblEmulator>,
     _net_ft: Option<NetFtEmulator>,
+}
+
+impl Simulated {
+    fn bench_for(&self, device: &'static str) -> Result<LiveBench, RigError> {
+        self.bench.as_ref().map(|(_, live)| live.clone()).ok_or(RigError::NoBench { device })
+    }
 }
 
 impl Devices {
@@ -93,24 +110,39 @@ impl RigFile {
     /// # Errors
     /// [`RigError`]: a device that is not there, that answers otherwise, or whose settings do not serve; two devices on one port.
     pub fn open(&self, bench: Option<SimulatedBench>, at_rest_s: f64) -> Result<Devices, RigError> {
-        let keys = &self.keys;
+        let EachDevice { stage, force, markers, simulated } = self.open_each(bench, at_rest_s)?;
+        Ok(Devices { stage: stage?, force: force?, markers: markers?, simulated })
+    }
+
+    /// As [`RigFile::open`], but goes on where a device cannot be opened.
+    ///
+    /// # Errors
+    /// [`RigError`]: the simulated bench cannot be prepared.
+    pub fn open_each(&self, bench: Option<SimulatedBench>, at_rest_s: f64) -> Result<EachDevice, RigError> {
         let prepare = |bench: SimulatedBench| {
             let live = LiveBench::new(bench.world.clone(), self.mounting(), self.sensor(), at_rest_s)?;
             Ok::<_, RigError>((bench.world, live))
         };
         let bench = bench.map(prepare).transpose()?;
-        let mut simulated = Simulated { bench: bench.clone(), ..Simulated::default() };
-        let bench_for = |device: &'static str| {
-            bench.as_ref().map(|(_, live)| live.clone()).ok_or(RigError::NoBench { device })
+        let mut simulated = Simulated { bench, ..Simulated::default() };
+        let (stage, force) = (self.open_stage(&mut simulated), self.open_force(&mut simulated));
+        let markers = match &self.keys.markers {
+            Some(source) if source.source == SIMULATED => simulated
+                .bench_for("markers")
+                .map(|bench| Some(Box::new(bench.markers()) as Box<dyn MarkerSource>)),
+            Some(_) | None => Ok(None),
         };
+        Ok(EachDevice { stage, force, markers, simulated })
+    }
 
-        let stage = &keys.stage;
+    fn open_stage(&self, simulated: &mut Simulated) -> Result<Box<dyn Stage>, RigError> {
+        let stage = &self.keys.stage;
         let port = |simulated: Option<&str>| simulated.map_or_else(|| stage.port.clone(), str::to_owned);
         let is_simulated = stage.port == SIMULATED;
-        let stage: Box<dyn Stage> = match stage.controller {
+        Ok(match stage.controller {
             ControllerWord::Native => {
                 if is_simulated {
-                    let path = bench_for("stage")?.stage();
+                    let path = simulated.bench_for("stage")?.stage();
                     let emulator = NativeStageEmulator::start(self.native_setup(), move |time, at| {
                         path.tell(time, at);
                     });
@@ -126,7 +158,7 @@ impl RigFile {
             }
             ControllerWord::Grbl => {
                 if is_simulated {
-                    let path = bench_for("stage")?.stage();
+                    let path = simulated.bench_for("stage")?.stage();
                     let emulator =
                         GrblEmulator::start(self.grbl_setup(), move |time, at| path.tell(time, at));
                     simulated._grbl =
@@ -139,10 +171,13 @@ impl RigFile {
                     GrblOptions { baud: stage.baud, axes, moving_rate_hz: reports, ..GrblOptions::new(port) };
                 Box::new(GrblStage::connect(&options)?)
             }
-        };
+        })
+    }
 
+    fn open_force(&self, simulated: &mut Simulated) -> Result<Box<dyn ForceSensor>, RigError> {
+        let keys = &self.keys;
         let settings = if keys.force.address == SIMULATED {
-            let bench = bench_for("force sensor")?;
+            let bench = simulated.bench_for("force sensor")?;
             let (begins, failure) = (bench.begins(), Arc::clone(&simulated.failure));
             let wrench = move |time_s: f64| {
                 bench.wrench(time_s).unwrap_or_else(|error| {
@@ -183,12 +218,7 @@ impl RigFile {
                 expected: "at least twice the time that the sensor takes to fill a datagram (rate_hz, buffered)",
             });
         }
-
-        let markers: Option<Box<dyn MarkerSource>> = match &keys.markers {
-            Some(source) if source.source == SIMULATED => Some(Box::new(bench_for("markers")?.markers())),
-            Some(_) | None => None,
-        };
-        Ok(Devices { stage, force: Box::new(force), markers, simulated })
+        Ok(Box::new(force))
     }
 
     /// The emulated stage that does what the rig file says, with own firmware.

@@ -22,6 +22,12 @@ pub enum SessionError {
         /// What every session has.
         missing: &'static str,
     },
+    /// What a session was turned into.
+    #[error("{}: a recording bundle, not a session; `phantom-rig check` says what is in it", folder.display())]
+    IsABundle {
+        /// What was given.
+        folder: PathBuf,
+    },
     /// The operating system refused to read.
     #[error("{}: can't be read", file.display())]
     Read {
@@ -57,7 +63,7 @@ pub enum SessionError {
         folder: PathBuf,
     },
     /// A session goes on with what it began with.
-    #[error("{}: the {what} is not the one that the session began with ({recorded}, now {given})", folder.display())]
+    #[error("{}: {what}: the session began with {recorded}, now it is {given}", folder.display())]
     Different {
         /// The session.
         folder: PathBuf,

@@ -4,13 +4,13 @@
 //! said: as [`SessionError::Damaged`] where it lies between messages, by [`Session::info`] where it is the end of an interrupted session.
 
 use super::container::{Channels, Layout, Place, load, survey};
-use super::document::{Event, FORMAT, StartDocument, StopDocument};
+use super::document::{Event, FORMAT, HashedText, StartDocument, StopDocument};
 use super::message::{ClockProbe, Gap, Message};
 use super::writer::{MANIFEST, segment_file};
 use super::{SessionError, Topic};
 use crate::device::{ForceRecord, MarkerFrame, StageReport};
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, VecDeque};
+use std::collections::{BTreeMap, BinaryHeap, VecDeque};
 use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,12 @@ impl Session {
     pub fn open(folder: impl AsRef<Path>) -> Result<Self, SessionError> {
         let folder = folder.as_ref().to_owned();
         if !segment_file(&folder, 1).is_file() {
-            return Err(SessionError::NotASession { folder, missing: "session.mcap" });
+            let bundle = folder.join("recording.toml").is_file();
+            return Err(if bundle {
+                SessionError::IsABundle { folder }
+            } else {
+                SessionError::NotASession { folder, missing: "session.mcap" }
+            });
         }
         let manifest = read_manifest(&folder.join(MANIFEST));
         let segments = (1..)
@@ -71,6 +76,11 @@ impl Session {
         Ok(Self { contents: Arc::new(Contents { folder, start, manifest, segments }) })
     }
 
+    /// Whether there is one in `folder`, readable or not.
+    pub fn is_at(folder: &Path) -> bool {
+        segment_file(folder, 1).is_file()
+    }
+
     /// Where it lies.
     pub fn folder(&self) -> &Path {
         &self.contents.folder
@@ -79,6 +89,36 @@ impl Session {
     /// What it began with.
     pub fn start(&self) -> &StartDocument {
         &self.contents.start
+    }
+
+    /// Refuses it where it was begun with something else than this.
+    ///
+    /// # Errors
+    /// [`SessionError::Different`].
+    pub fn begun_with(
+        &self,
+        name: &str,
+        rig: &HashedText,
+        protocol: &HashedText,
+        variables: &BTreeMap<String, f64>,
+    ) -> Result<(), SessionError> {
+        let began = self.start();
+        let listed = |values: &BTreeMap<String, f64>| {
+            let each: Vec<String> = values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            if each.is_empty() { "as the protocol says".to_owned() } else { each.join(", ") }
+        };
+        let same = [
+            ("name", began.name.clone(), name.to_owned()),
+            ("rig file", began.rig.sha256.clone(), rig.sha256.clone()),
+            ("protocol", began.protocol.sha256.clone(), protocol.sha256.clone()),
+            ("values given to variables", listed(&began.variables), listed(variables)),
+        ];
+        match same.into_iter().find(|(_, recorded, given)| recorded != given) {
+            None => Ok(()),
+            Some((what, recorded, given)) => {
+                Err(SessionError::Different { folder: self.folder().to_owned(), what, recorded, given })
+            }
+        }
     }
 
     /// What it ended with; none when it was interrupted.

@@ -73,29 +73,14 @@ impl SessionWriter {
         if session.stop().is_some_and(|stop| stop.outcome == Outcome::Success) {
             return Err(SessionError::Finished { folder: folder.to_owned() });
         }
-        let began = session.start();
-        let meshes = began.phantom.mesh_sha256.as_ref().zip(start.phantom.mesh_sha256.as_ref());
-        let same = [
-            ("name", &began.name, &start.name),
-            ("rig file", &began.rig.sha256, &start.rig.sha256),
-            ("protocol", &began.protocol.sha256, &start.protocol.sha256),
-        ];
-        for (what, recorded, given) in
-            same.into_iter().chain(meshes.map(|(recorded, given)| ("phantom's mesh", recorded, given)))
+        session.begun_with(&start.name, &start.rig, &start.protocol, &start.variables)?;
+        let meshes = [&session.start().phantom, &start.phantom].map(|p| p.mesh_sha256.as_ref());
+        if let [Some(recorded), Some(given)] = meshes
+            && recorded != given
         {
-            if recorded != given {
-                let (recorded, given) = (recorded.clone(), given.clone());
-                return Err(SessionError::Different { folder: folder.to_owned(), what, recorded, given });
-            }
-        }
-        if began.variables != start.variables {
-            let [recorded, given] = [&began.variables, &start.variables].map(|v| format!("{v:?}"));
-            return Err(SessionError::Different {
-                folder: folder.to_owned(),
-                what: "values of variables",
-                recorded,
-                given,
-            });
+            let (recorded, given) = (recorded.clone(), given.clone());
+            let what = "phantom's mesh";
+            return Err(SessionError::Different { folder: folder.to_owned(), what, recorded, given });
         }
         let last = segment_file(folder, session.segments());
         let file = File::open(&last).map_err(SessionError::read(&last))?;

@@ -4,4 +4,4 @@
 
 mod text;
 
-pub use text::{millimetres, newtons_per_metre, pascals, with_sd};
+pub use text::{counted, millimetres, newtons_per_metre, pascals, with_sd};

@@ -1,5 +1,10 @@
 //! SI values as text for people: a value in the unit a bench engineer would say it in.
 
+/// `2 pokes`, `1 poke`.
+pub fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
 /// A modulus or a pressure: `10.5 kPa`, `263.8 kPa`, `1.20 MPa`.
 pub fn pascals(value: f64) -> String {
     let magnitude = value.abs();

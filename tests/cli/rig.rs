@@ -10,7 +10,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const PROTOCOL: &str = "format = \"phantom-protocol/1\"\nname = \"three\"\n[defaults]\nspeed_mm_s = 4\npause_s = 1\nhold_s = 1\n\
+const PROTOCOL: &str = "format = \"phantom-protocol/1\"\nname = \"three\"\n[variables]\npress_s = 1\n[defaults]\nspeed_mm_s = 4\npause_s = 1\nhold_s = \"$press_s\"\n\
     [[step]]\nkind = \"ask\"\ntext = \"Ready?\"\n\
     [[step]]\nkind = \"poke\"\nsite_mm = [50, 75, 25]\ndirection = [0.5, 0.0, -0.866]\ndepth_mm = 2\nrepeats = 2\n\
     [[step]]\nkind = \"poke\"\nsite_mm = [60, 75, 25]\nuntil_force_n = 0.3\ndepth_limit_mm = 4\nspeed_mm_s = 1\n";
@@ -89,10 +89,16 @@ fn stopped_and_gone_on_with() {
         "poke 2 of 3: press",
     );
     assert_eq!(code, 1, "{told}");
-    assert!(told.contains("stopped by hand") && told.contains("stop bytes after"), "{told}");
+    assert!(told.contains("stopped by hand") && told.contains("the stop was on its way after"), "{told}");
     let (code, text, _) = run(&["session", "info", session]);
     assert!(code == 3 && text.contains("ABORTED: stopped by hand"), "{text}");
-    // Nothing is overwritten, and what goes on is the same protocol.
+    assert!(text.contains("1 poke finished"), "{text}");
+    let (code, text, stderr) = run(&["session", "export", session, "--bundle", utf8(&at("half"))]);
+    assert!(code == 3 && text.contains("poke 2 was not finished; it is left out"), "{text}{stderr}");
+    // Nothing is overwritten, and what goes on is the same protocol with the same values.
+    let (code, _, stderr) =
+        run(&["run", protocol, "--rig", rig, "--yes", "--out", session, "--resume", "--set", "press_s=2"]);
+    assert!(code == 1 && stderr.contains("press_s = 2") && !stderr.contains("devices"), "{stderr}");
     let (code, _, stderr) = run(&["run", protocol, "--rig", rig, "--yes", "--out", session]);
     assert!(code == 1 && stderr.contains("is there already"), "{stderr}");
 
@@ -122,7 +128,15 @@ fn stopped_and_gone_on_with() {
 
     let bundle = at("bundle");
     let (code, text, stderr) = run(&["session", "export", session, "--bundle", utf8(&bundle)]);
-    assert!(code == 3 && text.contains("poke 2 was not finished; it is left out"), "{text}{stderr}");
+    assert!(code == 0 && text.contains("3 pokes") && !text.contains("not finished"), "{text}{stderr}");
+    for (arguments, words) in [
+        (["session", "info", utf8(&bundle)], "a recording bundle, not a session"),
+        (["check", session, "--quiet"], "session export"),
+        (["fit", session, "--quiet"], "session export"),
+    ] {
+        let (code, _, stderr) = run(&arguments);
+        assert!(code == 1 && stderr.contains(words), "{stderr}");
+    }
     let (code, _, stderr) = run(&["session", "export", session, "--bundle", utf8(&bundle)]);
     assert!(code == 1 && stderr.contains("--force"), "a recording is not replaced unasked: {stderr}");
     let (before, _) = read_bundle(&bundle).expect("a bundle");
@@ -167,7 +181,7 @@ fn stopped_and_gone_on_with() {
     let longer = at("longer");
     let more = ["poke", session, "--rig", rig, "--pokes", utf8(&table), "--out", utf8(&longer)];
     let (code, text, stderr) = run(&more);
-    assert!(code == 3 && text.contains("4 pokes, 1 of them new"), "{text}{stderr}");
+    assert!(code == 0 && text.contains("4 pokes, 1 of them new"), "{text}{stderr}");
     let (after, _) = read_bundle(&longer).expect("a bundle");
     assert_eq!(after.pokes[..3], before.pokes);
     assert!(after.pokes[3].start_s > before.pokes[2].end_s);
@@ -218,6 +232,14 @@ fn what_cannot_be_run_is_refused_before_anything_moves() {
     let without = rig(place.path(), &[("mesh = \"simulated\"", "mesh = \"gel.msh\"")]);
     let (code, text, stderr) = run(&["plan", utf8(&three), "--rig", utf8(&without)]);
     assert!(code == 1 && text.contains("mesh is missing") && text.contains("gel.msh"), "{text}{stderr}");
+    let (code, _, stderr) =
+        run(&["run", utf8(&three), "--rig", utf8(&without), "--yes", "--out", utf8(&session)]);
+    assert!(code == 1 && stderr.contains("mesh block") && !stderr.contains("devices"), "{stderr}");
+    let (code, text, stderr) = run(&["doctor", "--rig", utf8(&without)]);
+    assert!(
+        code == 3 && text.contains("gel.msh: missing") && text.contains("records a second"),
+        "{text}{stderr}"
+    );
     let rig = rig(place.path(), &[]);
     let (code, _, stderr) = run(&["run", utf8(&three), "--rig", utf8(&rig), "--out", utf8(&session)]);
     assert!(code == 2 && stderr.contains("--yes"), "{stderr}");

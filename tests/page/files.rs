@@ -179,9 +179,12 @@ fn the_headline_says_what_was_found_and_how_far_to_trust_it() {
 
     fit.residual.chi2_per_dof = fit.residual.chi2_per_dof_limit + 1e-6;
     assert!(matches!(verdict(&fit), Verdict::Unexplained(_)), "just above the limit");
+    let said = trust(&fit);
+    let figures: Vec<&str> = said.split(" ×").filter_map(|part| part.split(' ').next_back()).collect();
+    assert_ne!(figures[0], figures[1], "{said}");
     fit.residual.chi2_per_dof = 16.8;
     let said = trust(&fit);
-    assert!(said.contains("4.10 × what noise would leave: the model is missing something"), "{said}");
+    assert!(said.contains("4.10 × the noise, and noise alone leaves at most"), "{said}");
     // The fit has widened its deviation already; saying it must not widen it again.
     assert!(said.contains("10.482 ± 0.051 kPa"), "{said}");
 

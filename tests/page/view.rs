@@ -166,7 +166,7 @@ fn text_from_a_recording_is_shown_and_never_run() {
         fit.remarks[2]
     );
     let verdict = browser.evaluate("document.querySelector('.headline p').textContent");
-    assert!(verdict.as_str().expect("text").contains("4.10 × what noise would leave"), "{verdict}");
+    assert!(verdict.as_str().expect("text").contains("4.10 × the noise"), "{verdict}");
     assert_quiet(&browser);
 }
 

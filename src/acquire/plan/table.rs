@@ -2,6 +2,7 @@
 
 use super::motions::{Plan, PlanStep};
 use crate::acquire::protocol::{Action, Profile, Stroke, Target};
+use crate::units::counted;
 
 const HEAD: [&str; 12] = [
     "no.",
@@ -27,8 +28,8 @@ impl Plan {
         let mut text = format!(
             "{}: {}, {}, {}\n",
             self.name,
-            counted(self.steps.len(), "step"),
-            counted(self.pokes(), "poke"),
+            counted(self.steps.len(), "step", "steps"),
+            counted(self.pokes(), "poke", "pokes"),
             duration(self.duration_s)
         );
         text += &self.recorded();
@@ -37,7 +38,10 @@ impl Plan {
         rows.extend(self.steps.iter().map(row));
         text += &aligned(&rows);
         if !self.violations.is_empty() {
-            text += &format!("\nIt can't be run: {}\n", counted(self.violations.len(), "violation"));
+            text += &format!(
+                "\nIt can't be run: {}\n",
+                counted(self.violations.len(), "violation", "violations")
+            );
             for violation in &self.violations {
                 text += &format!("  {violation}\n");
             }
@@ -130,10 +134,6 @@ fn aligned(rows: &[Row]) -> String {
         text.push('\n');
     }
     text
-}
-
-fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Hours, minutes and seconds.

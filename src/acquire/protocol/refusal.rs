@@ -88,6 +88,18 @@ pub enum Problem {
         /// All variables.
         known: Vec<String>,
     },
+    /// A variable whose value the key does not take.
+    #[error("{key} = \"{name}\", which is {number}; expected {expected}")]
+    VariableOutside {
+        /// The key.
+        key: String,
+        /// The variable as the file writes it, with its `$`.
+        name: String,
+        /// Its value, in the unit of its name.
+        number: f64,
+        /// What the key takes.
+        expected: String,
+    },
     /// A variable whose name ends in another unit than the key.
     #[error("{key} = \"${name}\", a variable in {unit}; expected one in {expected}")]
     WrongUnit {

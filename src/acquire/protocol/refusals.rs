@@ -65,7 +65,10 @@ fn a_variable_is_replaced_from_outside_and_nothing_else_is() {
     }
     // The value is checked where it is used.
     let wrong = refusal(Protocol::parse("f.toml", FIVE, &set("deep_mm", -1.0)));
-    assert!(wrong.contains("depth_mm = \"$deep_mm\"; expected a number of mm from 0.001 to 1000"), "{wrong}");
+    assert!(
+        wrong.contains("depth_mm = \"$deep_mm\", which is -1; expected a number of mm from 0.001"),
+        "{wrong}"
+    );
     let no_number = refusal(Protocol::parse("f.toml", FIVE, &set("deep_mm", f64::NAN)));
     assert!(no_number.contains("deep_mm = NaN; expected a number of mm"), "{no_number}");
 }

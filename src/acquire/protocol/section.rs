@@ -236,8 +236,15 @@ impl<'a, 't> Section<'a, 't> {
             Some(name) => Some(self.variable(key, value, name, unit)?),
             None => literal(value.get_ref()),
         };
-        let wrong = || self.wrong(key, value, format!("{}, or \"$variable\"", allowed.words(unit)));
-        number.filter(|number| allowed.holds(*number)).map(|number| unit.si(number)).ok_or_else(wrong)
+        if let Some(number) = number.filter(|number| allowed.holds(*number)) {
+            return Ok(unit.si(number));
+        }
+        if let Some((name, number)) = value.get_ref().as_str().zip(number) {
+            let (key, name, expected) = (key.to_owned(), name.to_owned(), allowed.words(unit));
+            let problem = Problem::VariableOutside { key, name, number, expected };
+            return Err(self.source.refuse(value.span().start, &self.title, problem));
+        }
+        Err(self.wrong(key, value, format!("{}, or \"$variable\"", allowed.words(unit))))
     }
 
     fn variable(&self, key: &str, value: &Value<'t>, name: &str, unit: Unit) -> Result<f64, Refusal> {

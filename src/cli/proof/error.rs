@@ -10,6 +10,8 @@ pub(in crate::cli) enum ProofError {
     Taken { place: PathBuf },
     #[error("{} holds no concealed draws: there is no {}", place.display(), file)]
     NoDraws { place: PathBuf, file: &'static str },
+    #[error("{} holds no {draw}; expected one of {}", place.display(), known)]
+    NoSuchDraw { place: PathBuf, draw: String, known: String },
     #[error("{} was made from another seed", place.display())]
     OtherSeed { place: PathBuf },
     #[error("{} was made with --phantoms {has}, asked for are {asked}", place.display())]
@@ -38,12 +40,12 @@ pub(in crate::cli) enum ProofError {
     OtherAnswer { draw: String },
     #[error("the recording of {draw} is not the one that its answer belongs to")]
     OtherRecording { draw: String },
-    #[error("the answer of {draw} cannot be read: {source}")]
+    #[error("the answer of {draw} cannot be read")]
     NotAnAnswer { draw: String, source: serde_json::Error },
-    #[error("{}: can't be {action}: {source}", place.display())]
+    #[error("{}: can't be {action}", place.display())]
     System { place: PathBuf, action: &'static str, source: io::Error },
-    #[error("{}: {source}", place.display())]
+    #[error("{}: not what it should be", place.display())]
     Json { place: PathBuf, source: serde_json::Error },
-    #[error("{}: {source}", place.display())]
+    #[error("{}: not the table that it should be", place.display())]
     Table { place: PathBuf, source: csv::Error },
 }

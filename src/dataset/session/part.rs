@@ -28,8 +28,13 @@ pub(super) struct Part {
     pub(super) frames: Vec<(f64, Vec<MarkerPosition>)>,
 }
 
-/// Reads one stretch: a session of one file. None where no poke was finished in it; why is among the remarks.
-pub(super) fn read_part(part: &Session, remarks: &mut Vec<String>) -> Result<Option<Part>, DatasetError> {
+/// Reads one stretch: a session of one file. None where no poke was finished in it. Pokes of the protocol that it began and did not
+/// finish are added to `unfinished`.
+pub(super) fn read_part(
+    part: &Session,
+    unfinished: &mut Vec<u32>,
+    remarks: &mut Vec<String>,
+) -> Result<Option<Part>, DatasetError> {
     let start = part.start();
     let missing =
         |what: &'static str| DatasetError::SessionWithout { session: part.folder().to_owned(), what };
@@ -41,7 +46,7 @@ pub(super) fn read_part(part: &Session, remarks: &mut Vec<String>) -> Result<Opt
 
     let all = strokes(events.iter().cloned());
     let Some(first) = all.iter().find_map(|s| s.pressed_ns) else {
-        remarks.extend(all.iter().map(unfinished));
+        unfinished.extend(all.iter().map(|stroke| stroke.poke));
         return Ok(None);
     };
     let zero = zero_before(&events, first)
@@ -61,7 +66,7 @@ pub(super) fn read_part(part: &Session, remarks: &mut Vec<String>) -> Result<Opt
         match found {
             Some(found) => touched.push((stroke.clone(), found)),
             None => {
-                remarks.push(unfinished(stroke));
+                unfinished.push(stroke.poke);
                 let next_s = all.get(number + 1).map_or(f64::INFINITY, |next| seconds(next.began_ns));
                 left_out.extend(inside(stroke, &path, seconds(stroke.began_ns), next_s));
             }
@@ -103,10 +108,6 @@ pub(super) fn read_part(part: &Session, remarks: &mut Vec<String>) -> Result<Opt
     }
     let wrench = means.rows(format.rate_hz);
     Ok(Some(Part { origin, rest_until_s, touched, path, wrench, frames }))
-}
-
-fn unfinished(stroke: &Stroke) -> String {
-    format!("poke {} was not finished; it is left out", stroke.poke)
 }
 
 /// Host time (ns) and mean counts of the last zero before a time.

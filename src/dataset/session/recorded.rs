@@ -52,8 +52,9 @@ pub fn read_sessions(sessions: &[Session], mesh: TetMesh) -> Result<FromSession,
                 first: first.folder().to_owned(),
             });
         }
+        let (mut unfinished, before) = (Vec::new(), whole.touched.len());
         for file in session.parts() {
-            let Some(part) = read_part(&file, &mut remarks)? else { continue };
+            let Some(part) = read_part(&file, &mut unfinished, &mut remarks)? else { continue };
             let offset_s = match &zero {
                 None => 0.0,
                 Some((began, origin)) => since(began, origin, file.start(), &part)
@@ -63,6 +64,11 @@ pub fn read_sessions(sessions: &[Session], mesh: TetMesh) -> Result<FromSession,
             whole.take(&part, offset_s);
             zero.get_or_insert_with(|| (file.start().clone(), part));
         }
+        // One that was made again when the session went on is not missed.
+        unfinished.retain(|&poke| whole.touched[before..].iter().all(|(stroke, _)| stroke.poke != poke));
+        unfinished.sort_unstable();
+        unfinished.dedup();
+        remarks.extend(unfinished.iter().map(|poke| format!("poke {poke} was not finished; it is left out")));
     }
     let Some((_, rested)) = zero else {
         let session = first.folder().to_owned();

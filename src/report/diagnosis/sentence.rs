@@ -3,8 +3,7 @@
 use super::detail::{clause, looseness, noun, parameter_noun};
 use super::names::{channel_words, listed, phase_words};
 use crate::diagnose::{Diagnosis, Physics, Reading};
-use crate::report::words::counted;
-use crate::units::pascals;
+use crate::units::{counted, pascals};
 
 /// From this confidence on a verdict is called sure; below it a diagnosis ends as degraded.
 const SURE: f64 = 0.9;
