@@ -17,6 +17,7 @@
 //! | 2 | [`sim`] | a bench with physics of its own, sharing no element, load or material with [`fem`]; also at the level of bytes |
 //! | 2 | [`session`] | what was recorded, safely; a recording as devices again |
 //! | 2 | [`track`] | where the dots of a camera's pictures are, and which is which |
+//! | 2 | [`calib`] | how the camera's frame lies in the phantom's, and how late its pictures are, each with its uncertainty |
 //! | 2 | [`inverse`] | which parameters explain the observations, and how surely |
 //! | 3 | [`diagnose`] | what the model left out |
 //! | 3 | [`dataset`] | sessions and recording bundles turned into observations, and back |
@@ -41,6 +42,7 @@
 //! the phantom.
 
 pub mod acquire;
+pub mod calib;
 pub mod cli;
 pub mod clock;
 pub mod dataset;

@@ -2,6 +2,7 @@
 
 use super::bench::BenchArguments;
 use super::block_mesh::BlockArguments;
+use super::calibrate::Calibration;
 use super::check::CheckArguments;
 use super::completions::CompletionArguments;
 use super::conceal::ConcealArguments;
@@ -17,6 +18,7 @@ use super::prove::ProveArguments;
 use super::replay::ReplayArguments;
 use super::run_protocol::RunArguments;
 use super::session::SessionAction;
+use super::track::TrackArguments;
 use clap::{Parser, Subcommand};
 
 /// Pokes a soft phantom, and finds its Young's modulus and hidden elastic restraint.
@@ -62,6 +64,8 @@ pub(super) enum Command {
     Poke(PokeArguments),
     Session(SessionArguments),
     Replay(ReplayArguments),
+    Track(TrackArguments),
+    Calibrate(CalibrateArguments),
     Doctor(DoctorArguments),
     Completions(CompletionArguments),
 }
@@ -77,6 +81,13 @@ pub(super) enum Command {
 pub(super) struct SessionArguments {
     #[command(subcommand)]
     pub(super) action: SessionAction,
+}
+
+/// Finds out what instruments are worth, and where they stand.
+#[derive(Debug, clap::Args)]
+pub(super) struct CalibrateArguments {
+    #[command(subcommand)]
+    pub(super) what: Calibration,
 }
 
 /// Makes meshes.

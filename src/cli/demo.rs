@@ -1,6 +1,7 @@
 //! `demo`: the main job from end to end on a simulated bench that conceals something: run, export, fit, diagnose, and the answer.
 
 use super::conceal::seal_answer;
+use super::look::seen;
 use super::planned::PlannedArguments;
 use super::proof::{Manifest, ProofFolder, Seal, bundle_sum, digest, draw_name, hex, read_sums, replace};
 use super::recorded_run::{How, MESH, record, told};
@@ -8,7 +9,7 @@ use super::run_watch::Watch;
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
 use crate::acquire::Cause;
 use crate::clock::HostTime;
-use crate::dataset::{read_mesh, read_sessions, write_bundle};
+use crate::dataset::{read_mesh, read_seen_sessions, write_bundle};
 use crate::rig::SimulatedBench;
 use crate::session::Session;
 use crate::sim::World;
@@ -90,7 +91,7 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
         tries += 1;
     };
     tell("The recording is exported, and the answer put under seal.");
-    let (bundle, zero) = export(&session, &proof, &tell)?;
+    let (bundle, zero) = export(&session, &proof, &tell, context)?;
     // The answer is what was true when the recording began, not when the bench was switched on.
     let (began, time_s) = recorded.began;
     let later_s = time_s.context("the demonstration's rig is simulated")? + zero.seconds_after(began);
@@ -137,8 +138,14 @@ fn stood_still(cause: Cause) -> bool {
 }
 
 /// The session as a recording, in the place where `prove` looks for it, and when its time is zero.
-fn export(session: &Path, proof: &ProofFolder, tell: &dyn Fn(&str)) -> anyhow::Result<(PathBuf, HostTime)> {
-    let from = read_sessions(&[Session::open(session)?], read_mesh(&session.join(MESH))?)?;
+fn export(
+    session: &Path,
+    proof: &ProofFolder,
+    tell: &dyn Fn(&str),
+    context: &Context,
+) -> anyhow::Result<(PathBuf, HostTime)> {
+    let (recorded, mesh) = (Session::open(session)?, read_mesh(&session.join(MESH))?);
+    let from = read_seen_sessions(&seen(&[recorded], &mesh, context)?, mesh)?;
     for remark in &from.remarks {
         tell(&format!("Note: {remark}."));
     }

@@ -20,6 +20,7 @@
 mod arguments;
 mod bench;
 mod block_mesh;
+mod calibrate;
 mod check;
 mod check_text;
 mod completions;
@@ -32,6 +33,7 @@ mod draw;
 mod experiment;
 mod fit;
 mod interrupt;
+mod look;
 mod outcome;
 mod plan;
 mod planned;
@@ -48,6 +50,7 @@ mod run_watch;
 mod session;
 mod side;
 mod staged;
+mod track;
 
 pub use outcome::{Context, Exit, Outcome, UsageError};
 pub use progress::{Bar, Progress};

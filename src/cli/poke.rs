@@ -1,10 +1,13 @@
 //! `poke`: more pokes for a session that was recorded, and all of it as one recording: what `diagnose --continue` has a rig do.
 
+use super::look::seen;
 use super::planned::PlannedArguments;
 use super::recorded_run::{How, MESH, passed_s, record, told};
 use super::run_watch::Watch;
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
-use crate::dataset::{FromSession, read_mesh, read_planned_pokes, read_sessions, write_bundle};
+use crate::dataset::{
+    FromSession, read_mesh, read_planned_pokes, read_seen_sessions, read_sessions, write_bundle,
+};
 use crate::observation::{PlannedPoke, Recording};
 use crate::report::write_pokes;
 use crate::session::{Session, StartDocument};
@@ -76,7 +79,7 @@ pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Resul
         let session = make(arguments, left, &so_far, &into, sessions.len(), first.start(), context)?;
         sessions.push(session);
     }
-    let FromSession { recording, remarks, .. } = read_sessions(&sessions, mesh)?;
+    let FromSession { recording, remarks, .. } = read_seen_sessions(&seen(&sessions, &mesh, context)?, mesh)?;
     write_bundle(&recording, bundle.path())?;
     bundle.finish()?;
     let pokes = recording.pokes.len();

@@ -327,6 +327,7 @@ fn start_document(planned: &Planned, devices: &Devices, mesh: &[u8]) -> StartDoc
             rate_hz: source.rate_hz(),
             markers: 0,
         }),
+        camera: None,
         mounting: Some(MountingDocument {
             origin_m,
             axes,

@@ -2,8 +2,9 @@
 
 use super::arguments::{Cli, Command, Experiment, Shape};
 use super::{
-    Context, Exit, Outcome, Progress, UsageError, bench, block_mesh, check, completions, conceal, demo,
-    diagnose, doctor, draw, experiment, fit, interrupt, plan, poke, prove, replay, run_protocol, session,
+    Context, Exit, Outcome, Progress, UsageError, bench, block_mesh, calibrate, check, completions, conceal,
+    demo, diagnose, doctor, draw, experiment, fit, interrupt, plan, poke, prove, replay, run_protocol,
+    session, track,
 };
 use anyhow::Context as _;
 use clap::Parser;
@@ -54,8 +55,10 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Run(arguments) => run_protocol::run(arguments, &context),
         Command::Bench(arguments) => bench::run(arguments, &context),
         Command::Poke(arguments) => poke::run(arguments, &context),
-        Command::Session(arguments) => session::run(&arguments.action),
+        Command::Session(arguments) => session::run(&arguments.action, &context),
         Command::Replay(arguments) => replay::run(arguments),
+        Command::Track(arguments) => track::run(arguments, &context),
+        Command::Calibrate(arguments) => calibrate::run(&arguments.what, &context),
         Command::Doctor(arguments) => doctor::run(arguments, &context),
         Command::Completions(arguments) => Ok(completions::run(arguments)),
     }

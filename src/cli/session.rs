@@ -1,10 +1,11 @@
 //! `session`: what is in a session, whether all of it is there, what can be saved of a damaged one, and its data as tables or as a
 //! recording bundle.
 
+use super::look::seen;
 use super::recorded_run::MESH;
 use super::run_protocol::finished_pokes;
-use super::{Exit, Kind, Outcome, StagedFolder};
-use crate::dataset::{read_mesh, read_sessions, write_bundle};
+use super::{Context, Exit, Kind, Outcome, StagedFolder};
+use crate::dataset::{read_mesh, read_seen_sessions, write_bundle};
 use crate::session::{Finding, Info, Outcome as SessionOutcome, Session, recover};
 use crate::units::counted;
 use anyhow::{Context as _, anyhow, bail};
@@ -66,12 +67,12 @@ pub(super) struct ExportArguments {
     force: bool,
 }
 
-pub(super) fn run(action: &SessionAction) -> anyhow::Result<Outcome> {
+pub(super) fn run(action: &SessionAction, context: &Context) -> anyhow::Result<Outcome> {
     match action {
         SessionAction::Info(path) => info(path),
         SessionAction::Verify(path) => verify(path),
         SessionAction::Recover(arguments) => rescue(arguments),
-        SessionAction::Export(arguments) => export(arguments),
+        SessionAction::Export(arguments) => export(arguments, context),
     }
 }
 
@@ -214,7 +215,7 @@ fn rescue(arguments: &RecoverArguments) -> anyhow::Result<Outcome> {
     Ok(Outcome { exit, text, json: json!({"format": "phantom-recovery/1", "segments": recovery.segments}) })
 }
 
-fn export(arguments: &ExportArguments) -> anyhow::Result<Outcome> {
+fn export(arguments: &ExportArguments, context: &Context) -> anyhow::Result<Outcome> {
     let session = Session::open(&arguments.path.session)?;
     let mut sessions = vec![session.clone()];
     for folder in &arguments.more {
@@ -234,7 +235,8 @@ fn export(arguments: &ExportArguments) -> anyhow::Result<Outcome> {
         if !mesh.exists() {
             bail!("{}: the session keeps no mesh; name one with --mesh", mesh.display());
         }
-        let from = read_sessions(&sessions, read_mesh(&mesh)?).map_err(|error| {
+        let mesh = read_mesh(&mesh)?;
+        let from = read_seen_sessions(&seen(&sessions, &mesh, context)?, mesh).map_err(|error| {
             let error = anyhow::Error::new(error);
             // Where a part cannot be read, what is missing may lie there.
             match sessions.iter().find(|s| s.info().is_ok_and(|info| info.unreadable_bytes > 0)) {

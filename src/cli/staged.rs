@@ -26,6 +26,8 @@ pub enum Kind {
     Experiment,
     /// A session's tables.
     Tables,
+    /// The dots of a session's pictures.
+    Tracks,
     /// Files of this program that are needed only while it runs.
     Scratch,
 }
@@ -39,6 +41,7 @@ impl Kind {
             Self::Diagnosis => "diagnosis",
             Self::Experiment => "experiment",
             Self::Tables => "tables",
+            Self::Tracks => "tracks",
             Self::Scratch => "scratch",
         }
     }

@@ -19,6 +19,12 @@ pub enum DatasetError {
         /// What was given.
         folder: PathBuf,
     },
+    /// A session without pictures, or with none that can be read.
+    #[error("no frame has a grey and a depth picture that can be read")]
+    NoPictures,
+    /// The tracker refuses the pictures.
+    #[error("the pictures cannot be followed")]
+    Track(#[from] crate::track::TrackError),
     /// A file that every bundle has is not there.
     #[error("{}: the file is missing; a recording bundle needs {expected}", file.display())]
     MissingFile {

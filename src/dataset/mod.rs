@@ -23,6 +23,7 @@ mod mesh_file;
 mod pokes;
 mod protocol;
 mod rest;
+mod seen;
 mod session;
 mod survey;
 mod suspicion;
@@ -35,7 +36,11 @@ pub use error::DatasetError;
 pub use mesh_file::{MeshFileError, Place, parse_mesh, read_mesh, write_msh};
 pub use protocol::read_planned_pokes;
 pub use rest::{ChannelNoise, RestNoise, rest_noise};
-pub use session::{FromSession, read_sessions};
+pub use seen::{
+    Attached, Eye, Followed, FollowedFrame, FrameCounts, Place as DotPlace, RestingDot, attach_dots,
+    dots_at_rest, follow,
+};
+pub use session::{FromSession, first_rest, read_seen_sessions, read_sessions};
 pub use survey::{ChannelSurvey, MarkerSurvey, MeshSurvey, PokeSurvey, SurfaceSurvey, Survey, survey};
 pub use suspicion::Suspicion;
 pub use write::write_bundle;

@@ -27,6 +27,9 @@ pub enum ReportError {
     /// The mesh has no proper surface to draw.
     #[error("cannot draw the phantom: {0}")]
     Mesh(#[from] crate::mesh::MeshError),
+    /// Pictures that cannot be put side by side.
+    #[error("there is no picture to draw upon, or pictures have different sizes")]
+    Picture,
     /// The fit speaks of another mesh than the recording.
     #[error("poke {poke}: the fit moves {displacements} nodes, but the mesh of the recording has {nodes}")]
     OtherMesh {

@@ -58,6 +58,12 @@ impl<'a> Encoder<'a> {
         }
     }
 
+    /// A sequence of bytes.
+    pub(super) fn bytes(&mut self, bytes: &[u8]) {
+        self.length(bytes.len());
+        self.bytes.extend_from_slice(bytes);
+    }
+
     pub(super) fn string(&mut self, value: &str) {
         self.length(value.len() + 1);
         self.bytes.extend_from_slice(value.as_bytes());
@@ -128,6 +134,12 @@ impl<'a> Decoder<'a> {
         let elements = self.take(length.checked_mul(N)?)?;
         let (elements, _) = elements.as_chunks::<N>();
         Some(elements.iter().copied())
+    }
+
+    /// The elements of a sequence of bytes.
+    pub(super) fn bytes(&mut self) -> Option<&'a [u8]> {
+        let length = usize::try_from(self.u32()?).ok()?;
+        self.take(length)
     }
 
     pub(super) fn string(&mut self) -> Option<String> {

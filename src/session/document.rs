@@ -47,6 +47,9 @@ pub struct StartDocument {
     pub force: Option<ForceDocument>,
     /// The source of marker positions, where there is one.
     pub markers: Option<MarkersDocument>,
+    /// The depth camera, where there is one.
+    #[serde(default)]
+    pub camera: Option<CameraDocument>,
     /// How stage and sensor lie in the phantom frame, where it is known.
     pub mounting: Option<MountingDocument>,
     /// The tip.
@@ -205,6 +208,44 @@ pub struct MarkersDocument {
     pub rate_hz: f64,
     /// Markers on the phantom; 0 where nobody knows beforehand.
     pub markers: u32,
+}
+
+/// The depth camera, and how its frame lies in the phantom frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CameraDocument {
+    /// Which part of the capture library drives it.
+    pub backend: String,
+    /// The device, pipeline or files.
+    pub source: String,
+    /// Frames a second.
+    pub rate_hz: f64,
+    /// Width and height of its pictures (px).
+    pub size_px: [usize; 2],
+    /// One unit of depth (m).
+    pub metres_per_unit: f64,
+    /// Its lens, where it is known.
+    pub lens: Option<LensDocument>,
+    /// Points of the bench that it sees, in the phantom frame (m).
+    #[serde(default)]
+    pub fiducials_m: Vec<[f64; 3]>,
+    /// Standard deviation of each of their coordinates (m).
+    #[serde(default)]
+    pub fiducial_sd_m: f64,
+    /// The file that says where it stands, where that is known.
+    pub registration: Option<HashedText>,
+}
+
+/// A pinhole with the distortion of Brown and Conrady, as OpenCV orders it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LensDocument {
+    /// Focal lengths (px).
+    pub focal_px: [f64; 2],
+    /// Principal point from the centre of the first pixel (px).
+    pub principal_px: [f64; 2],
+    /// Radial distortion k₁, k₂, k₃.
+    pub radial: [f64; 3],
+    /// Tangential distortion p₁, p₂.
+    pub tangential: [f64; 2],
 }
 
 /// How stage and sensor lie in the phantom frame.

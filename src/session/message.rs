@@ -2,6 +2,7 @@
 
 use super::cdr::{Decoder, Encoder};
 use super::document::{Event, StartDocument, StopDocument, to_json};
+use super::picture::{CameraFrame, Picture};
 use super::{SessionError, Topic};
 use crate::clock::HostTime;
 use crate::device::{ForceRecord, MarkerFrame, MarkerPosition, StageReport, StageState};
@@ -175,6 +176,12 @@ pub enum Message {
     Event(Event),
     /// The session ends.
     Stop(Box<StopDocument>),
+    /// A frame of the depth camera.
+    Frame(CameraFrame),
+    /// Its grey picture.
+    Grey(Picture),
+    /// Its depth picture.
+    Depth(Picture),
 }
 
 impl Message {
@@ -189,6 +196,9 @@ impl Message {
             Self::Gap(_) => Topic::Gap,
             Self::Event(_) => Topic::Event,
             Self::Stop(_) => Topic::Stop,
+            Self::Frame(_) => Topic::Frame,
+            Self::Grey(_) => Topic::Grey,
+            Self::Depth(_) => Topic::Depth,
         }
     }
 
@@ -203,6 +213,8 @@ impl Message {
             Self::Gap(gap) => gap.last,
             Self::Event(event) => HostTime::from_nanos(event.host_ns),
             Self::Stop(stop) => HostTime::from_nanos(stop.stopped_host_ns),
+            Self::Frame(frame) => frame.host,
+            Self::Grey(picture) | Self::Depth(picture) => picture.host,
         }
     }
 
@@ -241,6 +253,8 @@ impl Message {
                 encoder.u64(gap.first.nanos());
                 encoder.u64(gap.last.nanos());
             }
+            Self::Frame(frame) => frame.write(&mut encoder),
+            Self::Grey(picture) | Self::Depth(picture) => picture.write(&mut encoder),
             Self::Start(start) => *bytes = to_json("start document", start.as_ref())?,
             Self::Event(event) => *bytes = to_json("event", event)?,
             Self::Stop(stop) => *bytes = to_json("stop document", stop.as_ref())?,
@@ -261,6 +275,9 @@ impl Message {
             Topic::Force => Self::Force(ForceBatch::decode(&mut decoder)?),
             Topic::Stage => Self::Stage(decode_stage(&mut decoder)?),
             Topic::Markers => Self::Markers(decode_markers(&mut decoder)?),
+            Topic::Frame => Self::Frame(CameraFrame::read(&mut decoder)?),
+            Topic::Grey => Self::Grey(Picture::read(&mut decoder)?),
+            Topic::Depth => Self::Depth(Picture::read(&mut decoder)?),
             Topic::ClockProbe => Self::ClockProbe(ClockProbe {
                 device: decoder.string()?,
                 sent: HostTime::from_nanos(decoder.u64()?),

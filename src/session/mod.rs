@@ -33,6 +33,7 @@ mod export;
 mod hash;
 mod inspect;
 mod message;
+mod picture;
 mod read;
 mod recorder;
 mod recover;
@@ -47,13 +48,15 @@ mod wall;
 mod writer;
 
 pub use document::{
-    Event, FORMAT, ForceDocument, HashedText, MarkersDocument, MountingDocument, Outcome, PhantomDocument,
-    SensorLosses, StageDocument, StartDocument, StopDocument, TipDocument,
+    CameraDocument, Event, FORMAT, ForceDocument, HashedText, LensDocument, MarkersDocument,
+    MountingDocument, Outcome, PhantomDocument, SensorLosses, StageDocument, StartDocument, StopDocument,
+    TipDocument,
 };
 pub use error::SessionError;
 pub use hash::sha256_hex;
 pub use inspect::{Extent, Finding, Info};
 pub use message::{BATCH, ClockProbe, ForceBatch, Gap, GapCause, Message};
+pub use picture::{CameraFrame, Frames, Picture, Pixels, RecordedFrame};
 pub use read::{Messages, Recorded, Session};
 pub use recorder::{CAPACITY, Health, Recorder};
 pub use recover::{Loss, Recovery, recover};

@@ -4,10 +4,11 @@
 //! not fit is dropped, counted, and put down as a [`Gap`] in front of the next message of that topic that fits.
 
 use super::message::{ForceBatch, Gap, GapCause, Message};
+use super::picture::{CameraFrame, Picture};
 use super::{ClockProbe, Event, SessionError, Topic};
 use crate::clock::HostTime;
 use crate::device::{ForceRecord, MarkerFrame, StageReport};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{SyncSender, TrySendError};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
@@ -18,6 +19,9 @@ pub const CAPACITY: usize = 1024;
 
 /// Time from the first to the last record of a batch, at most.
 const BATCH_SPAN: Duration = Duration::from_millis(10);
+
+/// Pictures that wait for the writing thread at most: those of a second of a camera with 30 frames a second.
+const WAITING_PICTURES: usize = 60;
 
 /// What waits in the queue.
 #[expect(
@@ -36,6 +40,8 @@ pub(super) enum Entry {
 pub(super) struct Shared {
     /// Records dropped, by topic.
     dropped: [AtomicU64; Topic::ALL.len()],
+    /// Pictures in the queue.
+    pictures: AtomicUsize,
     /// The owner has left without finishing.
     pub(super) abandoned: AtomicBool,
     failure: OnceLock<SessionError>,
@@ -57,6 +63,13 @@ impl Shared {
     pub(super) fn unsaid(&self) -> Vec<Gap> {
         // A list of plain values: whole whatever became of the thread that last added to it.
         std::mem::take(&mut *self.unsaid.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// The writing thread has taken a message out of the queue.
+    pub(super) fn taken(&self, message: &Message) {
+        if is_picture(message) {
+            self.pictures.fetch_sub(1, Ordering::Relaxed);
+        }
     }
 
     pub(super) fn dropped(&self, topic: Topic) -> u64 {
@@ -133,6 +146,21 @@ impl Recorder {
         self.hand(Message::Markers(frame))
     }
 
+    /// Hands over a frame of the depth camera.
+    pub fn frame(&mut self, frame: CameraFrame) -> bool {
+        self.hand(Message::Frame(frame))
+    }
+
+    /// Hands over the grey picture of a frame.
+    pub fn grey(&mut self, picture: Picture) -> bool {
+        self.hand(Message::Grey(picture))
+    }
+
+    /// Hands over the depth picture of a frame.
+    pub fn depth(&mut self, picture: Picture) -> bool {
+        self.hand(Message::Depth(picture))
+    }
+
     /// Hands over a probe of a device's clock.
     pub fn clock_probe(&mut self, probe: ClockProbe) -> bool {
         self.hand(Message::ClockProbe(probe))
@@ -161,6 +189,15 @@ impl Recorder {
 
     fn hand(&mut self, message: Message) -> bool {
         let missing = self.missing[message.topic().index()].take();
+        let waits = is_picture(&message);
+        if waits {
+            let before = self.shared.pictures.fetch_add(1, Ordering::Relaxed);
+            if before >= WAITING_PICTURES && !self.patient {
+                self.shared.pictures.fetch_sub(1, Ordering::Relaxed);
+                self.dropped(Entry::Message { missing, message });
+                return false;
+            }
+        }
         let entry = Entry::Message { missing, message };
         let handed = if self.patient {
             self.queue.send(entry).map_err(|error| TrySendError::Disconnected(error.0))
@@ -170,6 +207,7 @@ impl Recorder {
         match handed {
             Ok(()) => true,
             Err(TrySendError::Full(entry) | TrySendError::Disconnected(entry)) => {
+                self.shared.pictures.fetch_sub(usize::from(waits), Ordering::Relaxed);
                 self.dropped(entry);
                 false
             }
@@ -192,6 +230,10 @@ impl Recorder {
             last,
         });
     }
+}
+
+fn is_picture(message: &Message) -> bool {
+    matches!(message, Message::Grey(_) | Message::Depth(_))
 }
 
 impl Drop for Recorder {

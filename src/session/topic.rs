@@ -24,6 +24,12 @@ pub enum Topic {
     Event,
     /// The stop document: the last message. A session without one was interrupted.
     Stop,
+    /// Frames of the depth camera.
+    Frame,
+    /// Their grey pictures.
+    Grey,
+    /// Their depth pictures.
+    Depth,
 }
 
 /// How the messages of a topic are described in the file.
@@ -41,7 +47,7 @@ pub(super) struct Schema {
 
 impl Topic {
     /// All topics, by channel number.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::Start,
         Self::Force,
         Self::Stage,
@@ -50,6 +56,9 @@ impl Topic {
         Self::Gap,
         Self::Event,
         Self::Stop,
+        Self::Frame,
+        Self::Grey,
+        Self::Depth,
     ];
 
     /// Its name in the file.
@@ -63,6 +72,9 @@ impl Topic {
             Self::Gap => "/gap",
             Self::Event => "/event",
             Self::Stop => "/stop",
+            Self::Frame => "/camera/frame",
+            Self::Grey => "/camera/grey",
+            Self::Depth => "/camera/depth",
         }
     }
 
@@ -91,10 +103,19 @@ impl Topic {
             Self::Gap => ("phantom_rig/msg/Gap", GAP),
             Self::Event => ("phantom_rig.Event", EVENT),
             Self::Stop => ("phantom_rig.Stop", STOP),
+            Self::Frame => ("phantom_rig/msg/CameraFrame", FRAME),
+            Self::Grey | Self::Depth => ("foxglove_msgs/msg/CompressedImage", PICTURE),
         };
         let (encoding, message_encoding) = match self {
             Self::Start | Self::Event | Self::Stop => ("jsonschema", "json"),
-            Self::Force | Self::Stage | Self::Markers | Self::ClockProbe | Self::Gap => ("ros2msg", "cdr"),
+            Self::Force
+            | Self::Stage
+            | Self::Markers
+            | Self::ClockProbe
+            | Self::Gap
+            | Self::Frame
+            | Self::Grey
+            | Self::Depth => ("ros2msg", "cdr"),
         };
         Schema { name, encoding, text, message_encoding }
     }
@@ -147,6 +168,27 @@ float64[] y_m
 float64[] z_m
 ";
 
+const FRAME: &str = "\
+# A frame of the depth camera. Its pictures have the same time.
+uint64 host_ns           # when it was grabbed, on the host's monotonic clock
+uint32 number            # that its source gives it; a gap is a frame that was lost
+bool has_device_s
+float64 device_s         # the source's own time; 0 when it tells none
+";
+
+/// Foxglove's schema of compressed pictures (docs.foxglove.dev, CompressedImage), as ROS 2 defines messages.
+const PICTURE: &str = "\
+# A PNG: grey levels in 8 bits, or depths in 16, in units that stand in the start document.
+builtin_interfaces/Time timestamp   # of the host's monotonic clock
+string frame_id
+uint8[] data
+string format
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+";
+
 const CLOCK_PROBE: &str = "\
 # One question for a device's clock and its answer. Recorded as it is; nothing in this file was corrected with it.
 string device
@@ -185,6 +227,7 @@ const START: &str = r#"{
     "stage": {"type": "object"},
     "force": {"type": "object"},
     "markers": {"type": "object"},
+    "camera": {"type": "object"},
     "mounting": {"type": "object"},
     "tip": {"type": "object"},
     "phantom": {"type": "object"}

@@ -236,6 +236,9 @@ fn take_down<W: Write>(
         let patience = scribe.due().map_or(IDLE, |due| due.remaining().min(IDLE));
         match entries.recv_timeout(patience) {
             Ok(entry) => {
+                if let Entry::Message { message, .. } = &entry {
+                    shared.taken(message);
+                }
                 if let Some(stop) = write_entry(&mut scribe, entry)? {
                     break Some(stop);
                 }

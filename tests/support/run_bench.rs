@@ -77,6 +77,7 @@ pub(crate) fn start_document(
         stage: Some(StageDocument::new(stage.identity(), stage.limits())),
         force: Some(ForceDocument::new(force.identity(), force.format())),
         markers: None,
+        camera: None,
         mounting: Some(MountingDocument {
             origin_m: [0.045, 0.075, 0.035],
             axes: [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]],

@@ -14,4 +14,5 @@ mod recorded;
 mod rows;
 mod times;
 
-pub use recorded::{FromSession, read_sessions};
+pub use part::first_rest;
+pub use recorded::{FromSession, read_seen_sessions, read_sessions};

@@ -5,9 +5,9 @@ use super::rows::{Means, Spans};
 use super::times::{Arrivals, lateness};
 use crate::clock::{DeviceClock, HostTime};
 use crate::dataset::DatasetError;
-use crate::device::{MarkerPosition, Mounting, SensorMounting};
+use crate::device::{MarkerFrame, MarkerPosition, Mounting, SensorMounting};
 use crate::geometry::Mat3;
-use crate::session::{Event, MountingDocument, Session};
+use crate::session::{Event, MountingDocument, Session, SessionError};
 
 /// Rows of force a second.
 const ROW_RATE_HZ: f64 = 50.0;
@@ -30,8 +30,11 @@ pub(super) struct Part {
 
 /// Reads one stretch: a session of one file. None where no poke was finished in it. Pokes of the protocol that it began and did not
 /// finish are added to `unfinished`.
+///
+/// `seen`: its markers as pictures show them, in place of those that were recorded.
 pub(super) fn read_part(
     part: &Session,
+    seen: Option<&[MarkerFrame]>,
     unfinished: &mut Vec<u32>,
     remarks: &mut Vec<String>,
 ) -> Result<Option<Part>, DatasetError> {
@@ -99,7 +102,11 @@ pub(super) fn read_part(
         means.take(time_s, [force.x, force.y, force.z, torque.x, torque.y, torque.z]);
     }
     let mut frames: Vec<(f64, Vec<MarkerPosition>)> = Vec::new();
-    for frame in part.markers() {
+    let recorded: Box<dyn Iterator<Item = Result<MarkerFrame, SessionError>>> = match seen {
+        Some(frames) => Box::new(frames.iter().cloned().map(Ok)),
+        None => Box::new(part.markers()),
+    };
+    for frame in recorded {
         let frame = frame?;
         let time_s = frame.host.seconds_after(origin);
         if time_s >= 0.0 && known(time_s) && frames.last().is_none_or(|last| time_s > last.0) {
@@ -108,6 +115,18 @@ pub(super) fn read_part(
     }
     let wrench = means.rows(format.rate_hz);
     Ok(Some(Part { origin, rest_until_s, touched, path, wrench, frames }))
+}
+
+/// From when to when nothing touches the phantom at the beginning of a session: from the zero of the force sensor to the first press; from the
+/// first to the last instant where there is none.
+///
+/// # Errors
+/// [`DatasetError`]: the session cannot be read.
+pub fn first_rest(session: &Session) -> Result<[HostTime; 2], DatasetError> {
+    let events: Vec<Event> = session.events().collect::<Result<_, _>>()?;
+    let until_ns = strokes(events.iter().cloned()).iter().find_map(|s| s.pressed_ns).unwrap_or(u64::MAX);
+    let from_ns = zero_before(&events, until_ns).map_or(0, |zero| zero.0);
+    Ok([from_ns, until_ns].map(HostTime::from_nanos))
 }
 
 /// Host time (ns) and mean counts of the last zero before a time.

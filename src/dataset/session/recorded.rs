@@ -4,6 +4,7 @@ use super::contacts::{Contact, Placed, Stroke};
 use super::part::{Part, read_part};
 use crate::clock::HostTime;
 use crate::dataset::DatasetError;
+use crate::dataset::seen::Attached;
 use crate::device::MarkerPosition;
 use crate::geometry::Vec3;
 use crate::mesh::TetMesh;
@@ -40,12 +41,24 @@ pub struct FromSession {
 /// [`DatasetError`]: a session cannot be read, is of another rig than the first, or goes back in time; together they say too little: no
 /// mounting, no zero of the force, no poke that was finished.
 pub fn read_sessions(sessions: &[Session], mesh: TetMesh) -> Result<FromSession, DatasetError> {
-    let first = sessions.first().ok_or(DatasetError::NoSessions)?;
+    let unseen: Vec<(Session, Option<Attached>)> = sessions.iter().map(|s| (s.clone(), None)).collect();
+    read_seen_sessions(&unseen, mesh)
+}
+
+/// As [`read_sessions`], but with the markers that the pictures of a session show in place of those that were recorded, where they are given.
+///
+/// # Errors
+/// As [`read_sessions`].
+pub fn read_seen_sessions(
+    sessions: &[(Session, Option<Attached>)],
+    mesh: TetMesh,
+) -> Result<FromSession, DatasetError> {
+    let (first, _) = sessions.first().ok_or(DatasetError::NoSessions)?;
     let start = first.start();
     let mut remarks = Vec::new();
     let mut whole = Whole::default();
     let mut zero: Option<(StartDocument, Part)> = None;
-    for session in sessions {
+    for (session, attached) in sessions {
         if session.start().rig.sha256 != start.rig.sha256 {
             return Err(DatasetError::OtherRig {
                 session: session.folder().to_owned(),
@@ -53,8 +66,10 @@ pub fn read_sessions(sessions: &[Session], mesh: TetMesh) -> Result<FromSession,
             });
         }
         let (mut unfinished, before) = (Vec::new(), whole.touched.len());
-        for file in session.parts() {
-            let Some(part) = read_part(&file, &mut unfinished, &mut remarks)? else { continue };
+        for (segment, file) in session.parts().into_iter().enumerate() {
+            // A stretch without pictures that could be read has no markers.
+            let seen = attached.as_ref().map(|a| a.segments.get(segment).map_or(&[][..], Vec::as_slice));
+            let Some(part) = read_part(&file, seen, &mut unfinished, &mut remarks)? else { continue };
             let offset_s = match &zero {
                 None => 0.0,
                 Some((began, origin)) => since(began, origin, file.start(), &part)

@@ -128,6 +128,7 @@ pub(super) fn start() -> StartDocument {
             rate_hz: FRAMES_HZ as f64,
             markers: 20,
         }),
+        camera: None,
         mounting: Some(MountingDocument {
             origin_m: [0.01, 0.05, 0.03],
             axes: [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]],

@@ -4,5 +4,6 @@ mod damage;
 mod disk;
 mod fixtures;
 mod kill;
+mod pictures;
 mod replay;
 mod round_trip;

@@ -1,0 +1,23 @@
+//! Reference values and instrument calibration, each with its uncertainty.
+//!
+//! | question | answer |
+//! | --- | --- |
+//! | how does the camera frame lie in the phantom frame? | [`register`] on [`Pair`]s, which [`match_constellation`] finds; kept in a [`RegistrationFile`] |
+//! | which way do the stage's axes go, seen by the camera, and how far is a millimetre of theirs? | [`axes_of_motion`] |
+//! | how much later than the force are the pictures? | [`lag_between`] |
+//!
+//! Frames: the camera frame has x to the right, y down and z forward; the phantom frame is that of a recording. Metres and seconds.
+
+mod axes;
+mod constellation;
+mod error;
+mod lag;
+mod registration;
+mod registration_file;
+
+pub use axes::{SeenStep, StageAxes, axes_of_motion};
+pub use constellation::match_constellation;
+pub use error::CalibError;
+pub use lag::{Lag, Track, lag_between};
+pub use registration::{Pair, Registration, register};
+pub use registration_file::RegistrationFile;

@@ -1,0 +1,189 @@
+//! The tracker on the frames of a session.
+
+use crate::clock::HostTime;
+use crate::dataset::DatasetError;
+use crate::geometry::{Mat3, Vec3};
+use crate::session::{CameraDocument, Pixels, RecordedFrame, Session};
+use crate::track::{Camera, DepthView, Dot, GreyView, Lost, NoDepth, Settings, State, Tracker};
+use std::collections::BTreeMap;
+
+/// How pictures are to be read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Eye {
+    /// Pinhole and lens.
+    pub camera: Camera,
+    /// One unit of depth (m).
+    pub metres_per_unit: f64,
+    /// What dots look like and how far they move.
+    pub settings: Settings,
+}
+
+impl Eye {
+    /// That of a recorded camera; none where its lens is not known.
+    pub fn of(document: &CameraDocument, settings: Settings) -> Option<Self> {
+        let lens = document.lens?;
+        let camera = Camera {
+            size_px: document.size_px,
+            focal_px: lens.focal_px,
+            principal_px: lens.principal_px,
+            radial: lens.radial,
+            tangential: lens.tangential,
+        };
+        Some(Self { camera, metres_per_unit: document.metres_per_unit, settings })
+    }
+}
+
+/// Where a dot was in one frame, in the camera frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Centre (m).
+    pub position_m: Vec3,
+    /// Covariance (m²).
+    pub covariance_m2: Mat3,
+}
+
+/// One frame, followed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FollowedFrame {
+    /// Stretch of the session, from 1.
+    pub segment: u32,
+    /// When it was grabbed.
+    pub host: HostTime,
+    /// Its number at the source.
+    pub number: u32,
+    /// Each dot of the reference where it is certain and has a depth.
+    pub places: Vec<Option<Place>>,
+}
+
+/// What became of frames and dots, counted.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct FrameCounts {
+    /// Frames with both pictures.
+    pub frames: u64,
+    /// Frames that the source's numbers miss.
+    pub lost_frames: u64,
+    /// Frames without a grey or a depth picture that can be read.
+    pub incomplete: u64,
+    /// Dots seen with place, over all frames.
+    pub seen: u64,
+    /// Dots not seen with place, over all frames, by reason.
+    pub unseen: BTreeMap<&'static str, u64>,
+}
+
+/// All frames, followed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Followed {
+    /// The dots of the reference picture; everything else is in their order.
+    pub reference: Vec<Dot>,
+    /// The reference picture.
+    pub picture: Pixels<u8>,
+    /// The frames in their order.
+    pub frames: Vec<FollowedFrame>,
+    /// What became of frames and dots.
+    pub counts: FrameCounts,
+}
+
+/// Follows the dots of the first whole frame at or after `from` through all frames of a session, also those before it. `tell` hears of
+/// every frame.
+///
+/// # Errors
+/// [`DatasetError`]: the session cannot be read, no frame after `from` has both pictures, the tracker refuses them.
+pub fn follow(
+    session: &Session,
+    eye: &Eye,
+    from: HostTime,
+    tell: &mut dyn FnMut(),
+) -> Result<Followed, DatasetError> {
+    let mut picture = None;
+    for frame in session.frames() {
+        let frame = frame?;
+        if frame.frame.host >= from
+            && let Some((grey, _)) = decoded(&frame)
+        {
+            picture = Some(grey);
+            break;
+        }
+    }
+    let picture = picture.ok_or(DatasetError::NoPictures)?;
+    let [width, height] = picture.size_px;
+    let grey = GreyView::new(width, height, width, &picture.values)?;
+    let reference = Tracker::reference_dots(&grey, &eye.settings)?;
+    let mut walk =
+        Walk { eye, reference: &reference, tracker: None, last: None, counts: FrameCounts::default() };
+    let mut followed = Vec::new();
+    for frame in session.frames() {
+        followed.extend(walk.step(&frame?)?);
+        tell();
+    }
+    let counts = walk.counts;
+    Ok(Followed { reference, picture, frames: followed, counts })
+}
+
+/// Both pictures of a frame; none when one is missing or unreadable.
+fn decoded(frame: &RecordedFrame) -> Option<(Pixels<u8>, Pixels<u16>)> {
+    Some((frame.grey.as_ref()?.grey()?, frame.depth.as_ref()?.depth()?))
+}
+
+struct Walk<'a> {
+    eye: &'a Eye,
+    reference: &'a [Dot],
+    tracker: Option<Tracker>,
+    /// Stretch and number of the last frame.
+    last: Option<(u32, u32)>,
+    counts: FrameCounts,
+}
+
+impl Walk<'_> {
+    fn step(&mut self, frame: &RecordedFrame) -> Result<Option<FollowedFrame>, DatasetError> {
+        let (segment, number, host) = (frame.segment, frame.frame.number, frame.frame.host);
+        let before = self.last.replace((segment, number)).filter(|last| last.0 == segment);
+        if let Some((_, before)) = before {
+            self.counts.lost_frames += u64::from(number.saturating_sub(before).saturating_sub(1));
+        }
+        let Some((grey, depth)) = decoded(frame) else {
+            self.counts.incomplete += 1;
+            return Ok(None);
+        };
+        // A stretch has a camera that was started anew: nothing is known of how far dots moved meanwhile.
+        let tracker = match &mut self.tracker {
+            Some(tracker) if before.is_some() => tracker,
+            other => other.insert(Tracker::new(self.eye.camera, self.eye.settings, self.reference)?),
+        };
+        let [width, height] = grey.size_px;
+        let grey = GreyView::new(width, height, width, &grey.values)?;
+        let [width, height] = depth.size_px;
+        let depth = DepthView::new(width, height, width, &depth.values, self.eye.metres_per_unit)?;
+        let found = tracker.step(&grey, Some(&depth), host.seconds_after(HostTime::from_nanos(0)))?;
+        self.counts.frames += 1;
+        let places = found.dots.iter().map(|state| self.counts.place(state)).collect();
+        Ok(Some(FollowedFrame { segment, host, number, places }))
+    }
+}
+
+impl FrameCounts {
+    fn place(&mut self, state: &State) -> Option<Place> {
+        let why = match state {
+            State::Certain { place: Ok(place), .. } => {
+                self.seen += 1;
+                return Some(Place { position_m: place.position_m, covariance_m2: place.covariance_m2 });
+            }
+            State::Certain { place: Err(why), .. } => match why {
+                NoDepth::NoPicture => "no depth picture",
+                NoDepth::AtBorder => "at the border of the depth picture",
+                NoDepth::Holes { .. } => "holes in the depth around it",
+                NoDepth::Jump { .. } => "a step in the depth around it",
+                NoDepth::OneSided { .. } => "depth on one side of it only",
+                NoDepth::Rough { .. } => "rough depth around it",
+                NoDepth::Impossible => "a depth that cannot be",
+            },
+            State::Lost(why) => match why {
+                Lost::NotSeen => "not seen",
+                Lost::Doubtful => "something else may be taken for it",
+                Lost::Ambiguous => "all dots may have moved in several ways",
+                Lost::Alone => "too few dots seen around it",
+            },
+        };
+        *self.unseen.entry(why).or_default() += 1;
+        None
+    }
+}
