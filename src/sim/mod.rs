@@ -37,6 +37,7 @@ mod live_bench;
 mod load_path;
 mod near_field;
 mod neo_hookean;
+pub mod pixels;
 mod quadratic;
 mod random;
 mod record;
