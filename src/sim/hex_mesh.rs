@@ -71,7 +71,7 @@ pub(super) struct Grading {
 
 impl Place {
     /// Distance (m) from a box to this place.
-    fn distance(&self, low: [f64; 3], high: [f64; 3]) -> f64 {
+    pub(super) fn distance(&self, low: [f64; 3], high: [f64; 3]) -> f64 {
         let gap = |axis: usize, at: f64| (low[axis] - at).max(at - high[axis]).max(0.0);
         match *self {
             Self::GlueEnd { x } => gap(0, x).hypot(gap(2, 0.0)),

@@ -1,8 +1,9 @@
 //! The simulated bench between its emulated devices: the stage tells where it is, the sensor and the camera ask what that does.
 
 use super::SimError;
+use super::skin::{Skin, SkinCut};
 use super::stage_path::{StagePath, StageTeller};
-use super::world::{Live, Phantom, World};
+use super::world::{Glimpse, Live, Phantom, World};
 use crate::clock::HostTime;
 use crate::device::{DeviceError, MarkerFrame, MarkerPosition, MarkerSource, Mounting, SensorMounting};
 use crate::mesh::TetMesh;
@@ -17,6 +18,8 @@ pub struct LiveBench {
     mounting: Mounting,
     sensor: SensorMounting,
     frame_rate_hz: f64,
+    /// The world as it began.
+    world: Arc<World>,
     /// When it began, and its own time then (s).
     begins: HostTime,
     begins_s: f64,
@@ -34,13 +37,41 @@ impl LiveBench {
         sensor: SensorMounting,
         at_rest_s: f64,
     ) -> Result<Self, SimError> {
+        Self::prepared(world, mounting, sensor, at_rest_s, None)
+    }
+
+    /// The same with a skin that a camera can look at: see [`LiveBench::glimpse`]. Takes seconds more.
+    ///
+    /// # Errors
+    /// [`SimError`] as for [`LiveBench::new`], and a cut that means nothing.
+    pub fn seen(
+        world: World,
+        mounting: Mounting,
+        sensor: SensorMounting,
+        at_rest_s: f64,
+        cut: &SkinCut,
+    ) -> Result<Self, SimError> {
+        Self::prepared(world, mounting, sensor, at_rest_s, Some(cut))
+    }
+
+    fn prepared(
+        world: World,
+        mounting: Mounting,
+        sensor: SensorMounting,
+        at_rest_s: f64,
+        cut: Option<&SkinCut>,
+    ) -> Result<Self, SimError> {
         let called = HostTime::now();
-        let phantom = Phantom::prepare(&world.phantom)?;
+        let phantom = match cut {
+            Some(cut) => Phantom::prepare_seen(&world.phantom, cut)?,
+            None => Phantom::prepare(&world.phantom)?,
+        };
+        let shared = Arc::new(world.clone());
         let frame_rate_hz = world.instruments.frame_rate_hz;
         let begins_s = at_rest_s + HostTime::now().since(called).as_secs_f64();
         let live = Arc::new(Mutex::new(Live::new(world, &phantom, begins_s)?));
         let (stage, begins) = (StagePath::default(), HostTime::now());
-        Ok(Self { live, stage, mounting, sensor, frame_rate_hz, begins, begins_s })
+        Ok(Self { live, stage, mounting, sensor, frame_rate_hz, world: shared, begins, begins_s })
     }
 
     /// When it began to go on in time.
@@ -54,7 +85,7 @@ impl LiveBench {
     }
 
     /// When the world's own time was that (s).
-    fn host(&self, time_s: f64) -> HostTime {
+    pub fn host(&self, time_s: f64) -> HostTime {
         self.begins + Duration::from_secs_f64((time_s - self.begins_s).max(0.0))
     }
 
@@ -85,6 +116,23 @@ impl LiveBench {
             number: 0,
             last_s: 0.0,
         }
+    }
+
+    /// The world as it began.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// What a camera can look at; none on a bench that was prepared without.
+    pub fn skin(&self) -> Option<Arc<Skin>> {
+        self.lock().skin().cloned()
+    }
+
+    /// What a camera has in front of it now, exactly: as of the time that the sensor has asked for last, less the camera's lag. With
+    /// velocities if `moving`. None on a bench that was prepared without a skin.
+    pub fn glimpse(&self, moving: bool) -> Option<Glimpse> {
+        let live = self.lock();
+        live.glimpse(live.time_s(), moving)
     }
 
     fn lock(&self) -> MutexGuard<'_, Live> {

@@ -45,6 +45,7 @@ mod record;
 mod refinement;
 mod resolution;
 mod seed;
+mod skin;
 mod stage_path;
 mod supports;
 mod timeline;
@@ -64,10 +65,11 @@ pub use live_bench::{LiveBench, SimulatedMarkers};
 pub use random::draw;
 pub use record::record;
 pub use resolution::{RemainderResolution, Resolution};
+pub use skin::{Skin, SkinCut};
 pub use stage_path::StageTeller;
 pub use supports::Restraint;
 pub use truth::{TrueRestraint, Truth};
 pub use world::{
-    Answer, Body, Disc, Effect, Figure, Foreign, Hold, Large, Live, Memory, Phantom, PhantomPlan, Press,
-    PronyTerm, Rig, Site, StiffeningLaw, Strength, Touch, World, stock,
+    Answer, Body, Disc, Effect, Figure, Foreign, Glimpse, Hold, Large, Live, Memory, Past, Phantom,
+    PhantomPlan, Press, PronyTerm, Rig, SeenTip, Site, StiffeningLaw, Strength, Touch, World, stock,
 };

@@ -65,17 +65,27 @@ struct Solid<'a> {
     alteration: &'a Alteration,
 }
 
-/// Compliance of the altered body less that of the uniform one, for the tips, springs and spots of `world`.
-pub(super) fn difference(world: &World, alteration: &Alteration) -> Result<Compliance, SimError> {
-    difference_at(world, alteration, 1.0)
+/// Compliance of the altered body less that of the uniform one, for the tips, springs and spots of `world` and the points of its phantom
+/// that are watched (m).
+pub(super) fn difference(
+    world: &World,
+    alteration: &Alteration,
+    watched: &[[f64; 3]],
+) -> Result<Compliance, SimError> {
+    difference_at(world, alteration, watched, 1.0)
 }
 
 /// The same with all boxes `scale` times as long.
-fn difference_at(world: &World, alteration: &Alteration, scale: f64) -> Result<Compliance, SimError> {
+fn difference_at(
+    world: &World,
+    alteration: &Alteration,
+    watched: &[[f64; 3]],
+    scale: f64,
+) -> Result<Compliance, SimError> {
     let plan = session_plan(world);
     let unknowns = mesh(&plan, alteration, scale)?;
     let rows = support_rows(&plan.discs()?, &unknowns);
-    let watched: Vec<Row> = plan.markers().iter().map(|&p| unknowns.row_at(p)).collect();
+    let watched: Vec<Row> = watched.iter().map(|&p| unknowns.row_at(p)).collect();
     let analysis = analyse(&unknowns, &pattern(&unknowns))?;
     let solve = |alteration: &Alteration| {
         let solid = Solid { slab: &plan.slab, poisson_ratio: plan.poisson_ratio, alteration };

@@ -94,8 +94,8 @@ impl Body {
 }
 
 /// What the effects on the body change in the compliance of a session's tips, springs and spots, in the order of
-/// `condensed`; none when they change nothing.
-pub(super) fn change(world: &World) -> Result<Option<Compliance>, SimError> {
+/// `condensed`, and of the points that are watched (m); none when they change nothing.
+pub(super) fn change(world: &World, watched: &[[f64; 3]]) -> Result<Option<Compliance>, SimError> {
     let mut alteration = Alteration::default();
     for effect in &world.effects {
         match *effect {
@@ -115,5 +115,9 @@ pub(super) fn change(world: &World) -> Result<Option<Compliance>, SimError> {
             _ => {}
         }
     }
-    if alteration == Alteration::default() { Ok(None) } else { difference(world, &alteration).map(Some) }
+    if alteration == Alteration::default() {
+        Ok(None)
+    } else {
+        difference(world, &alteration, watched).map(Some)
+    }
 }

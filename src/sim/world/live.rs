@@ -9,6 +9,7 @@ use super::camera::{Camera, lag};
 use super::condensed::SessionBody;
 use super::effect::check;
 use super::force_sensor::ForceSensor;
+use super::glimpse::{Glimpse, SeenTip, blended, displaced, gap};
 use super::history::Carrier;
 use super::large::LargeBody;
 use super::motion::{Carriage, Contact, contacts};
@@ -16,8 +17,10 @@ use super::phantom::Phantom;
 use super::plan::World;
 use crate::geometry::Vec3;
 use crate::sim::SimError;
-use nalgebra::DVector;
+use crate::sim::skin::Skin;
+use nalgebra::{DMatrix, DVector};
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// Step of time (s). A motion of 8 mm/s goes 8 µm in it.
 const STEP_S: f64 = 1e-3;
@@ -40,6 +43,7 @@ pub struct Live {
     sensor: ForceSensor,
     camera: Camera,
     markers: Vec<[f64; 3]>,
+    skin: Option<Arc<Skin>>,
     instants: u64,
     /// Where the tip was lately, and where it goes (unit vector).
     came_from: Option<Vec3>,
@@ -49,8 +53,12 @@ pub struct Live {
     touched: Option<usize>,
     /// Force of the tip on the phantom at the last two instants (N).
     force: [Vec3; 2],
-    /// What moved the markers lately, the newest last: as far back as the camera is late.
-    recent: VecDeque<Loaded>,
+    /// The poke along whose line the tip went last.
+    line: usize,
+    /// How the stage gives (m/N).
+    stage_compliance: f64,
+    /// What moved the markers lately and where the tip was (m), the newest last: a step further back than the camera is late.
+    recent: VecDeque<(Loaded, Vec3)>,
 }
 
 /// How the phantom gives way.
@@ -78,11 +86,12 @@ impl Live {
             return Err(SimError::OtherPhantom { session: world.name.clone() });
         }
         check(&world)?;
-        let body = SessionBody::new(&world, phantom, change(&world)?.as_ref())?;
+        let body = SessionBody::new(&world, phantom, change(&world, &phantom.watched)?.as_ref())?;
         let setup = world.setup(STEP_S);
         let instants = (at_rest_s / STEP_S).round() as u64;
         let planned = contacts(&world, &world.timeline()?, STEP_S);
-        let large = LargeBody::of(&world, &body, &planned, setup.stage_compliance, &phantom.markers)?;
+        let stage_compliance = setup.stage_compliance;
+        let large = LargeBody::of(&world, &body, &planned, stage_compliance, &phantom.watched)?;
         let way = match large {
             Some(large) => Way::Large(large),
             None => Way::Small(Box::new(Carrier::new(&body, setup, STEP_S).after(instants))),
@@ -93,12 +102,15 @@ impl Live {
             sensor: ForceSensor::new(&world, instruments.sensor_rate_hz),
             camera: Camera::new(&world, instruments.frame_rate_hz),
             markers: phantom.markers.clone(),
+            skin: phantom.skin.clone(),
             instants,
             came_from: None,
             heading: Vec3::zeros(),
             touches: 0,
             touched: None,
             force: [Vec3::zeros(); 2],
+            line: 0,
+            stage_compliance,
             recent: VecDeque::new(),
             world,
             body,
@@ -119,7 +131,8 @@ impl Live {
     pub fn advance(&mut self, time_s: f64, tip_m: impl Fn(f64) -> [f64; 3]) -> Result<(), SimError> {
         while self.time_s() < time_s {
             self.instants += 1;
-            let contact = self.contact(Vec3::from(tip_m(self.time_s())));
+            let reported = Vec3::from(tip_m(self.time_s()));
+            let contact = self.contact(reported);
             let (force, loaded) = match &mut self.way {
                 Way::Small(carrier) => {
                     let (force, loads) = carrier.step(&self.body, contact.as_ref())?;
@@ -131,8 +144,9 @@ impl Live {
                 }
             };
             self.force = [self.force[1], force];
-            self.recent.push_back(loaded);
-            while self.recent.len() > 1 + (lag(&self.world) / STEP_S).round() as usize {
+            let tip = self.true_tip(reported, contact.as_ref());
+            self.recent.push_back((loaded, tip));
+            while self.recent.len() > 2 + self.steps_late() {
                 self.recent.pop_front();
             }
         }
@@ -151,8 +165,9 @@ impl Live {
     /// What the camera sees now: number and position (m) of each marker. Each call is one frame, with noise of its own.
     pub fn markers(&mut self) -> Vec<(u32, [f64; 3])> {
         let n = 3 * self.markers.len();
-        let moved = match (self.recent.front(), &self.way) {
-            (Some(Loaded::Small(loads)), _) => &self.body.watched * loads,
+        let rows = |w: &DMatrix<f64>, loads: &DVector<f64>| w.rows(0, n) * loads;
+        let moved = match (self.seen(0).map(|seen| &seen.0), &self.way) {
+            (Some(Loaded::Small(loads)), _) => rows(&self.body.watched, loads),
             (Some(Loaded::Large(Some(along))), Way::Large(body)) => body.moved(*along),
             _ => DVector::zeros(n),
         };
@@ -160,6 +175,68 @@ impl Live {
         let tip = site.map(|s| (Vec3::from(s.centre_m), s.radius_m));
         let seen = self.camera.frame(&self.world, &self.markers, &moved, tip);
         seen.into_iter().map(|(index, position)| (index + 1, position)).collect()
+    }
+
+    /// What a camera has in front of it at a time within the last step (s), or before that if it lags; with velocities if `moving`. None
+    /// on a phantom without a skin.
+    pub fn glimpse(&self, time_s: f64, moving: bool) -> Option<Glimpse> {
+        self.skin.as_ref()?;
+        let share = (1.0 - (self.time_s() - time_s) / STEP_S).clamp(0.0, 1.0);
+        let skin = |back| self.skin_at(self.seen(back).map(|seen| &seen.0));
+        // A picture of things that stand still at an instant of the grid needs no other.
+        let (moved_m, speed_m_s) = match share == 1.0 && !moving {
+            true => (skin(0), None),
+            false => blended([skin(1), skin(0)], share, STEP_S, moving),
+        };
+        let time_s = self.time_s() - (1.0 - share + self.steps_late() as f64) * STEP_S;
+        Some(Glimpse { time_s, moved_m, speed_m_s, tip: self.tip(share) })
+    }
+
+    /// What the camera can look at; none on a phantom without.
+    pub fn skin(&self) -> Option<&Arc<Skin>> {
+        self.skin.as_ref()
+    }
+
+    /// The tip in what the camera sees, at a share of the last step.
+    fn tip(&self, share: f64) -> Option<SeenTip> {
+        let [before, after] = [self.seen(1)?.1, self.seen(0)?.1];
+        let face = before + (after - before) * share;
+        self.world.tip_of(self.world.pokes.get(self.line)?, face, (after - before) / STEP_S)
+    }
+
+    /// Displacements of the skin (m).
+    fn skin_at(&self, loaded: Option<&Loaded>) -> Vec<Vec3> {
+        let first = self.markers.len();
+        match (loaded, &self.way) {
+            (Some(Loaded::Small(loads)), _) => displaced(&self.body.watched, loads, first),
+            (Some(Loaded::Large(Some(along))), Way::Large(body)) => {
+                let moved = body.moved(*along);
+                moved.as_slice()[3 * first..].chunks_exact(3).map(Vec3::from_column_slice).collect()
+            }
+            _ => vec![Vec3::zeros(); self.body.watched.nrows() / 3 - first],
+        }
+    }
+
+    /// By how many steps the camera is late.
+    fn steps_late(&self) -> usize {
+        (lag(&self.world) / STEP_S).round() as usize
+    }
+
+    /// What the camera sees of the latest instant but `back`, or of the first that is known.
+    fn seen(&self, back: usize) -> Option<&(Loaded, Vec3)> {
+        self.recent.get(self.recent.len().checked_sub(1)?.saturating_sub(self.steps_late() + back))
+    }
+
+    /// Where the tip is while the stage reports it at `reported` (m).
+    fn true_tip(&self, reported: Vec3, contact: Option<&Contact>) -> Vec3 {
+        let Some(press) = self.world.pokes.get(self.line) else { return reported };
+        match (contact, self.world.phantom.sites.get(press.site)) {
+            (Some(contact), Some(site)) => {
+                let give = self.stage_compliance * contact.direction.dot(&self.force[1]);
+                Vec3::from(site.centre_m) + contact.target - contact.direction * give
+            }
+            _ => reported - Vec3::from(press.direction) * gap(&self.world),
+        }
     }
 
     /// Whether the tip is in the phantom, and on which line.
@@ -193,6 +270,7 @@ impl Live {
         }
         self.touched = poke;
         let (poke, time_s) = (poke?, self.time_s());
+        self.line = poke;
         let depth = depth_on(poke).0;
         self.carriage.contact(&self.world, self.touches, &self.world.pokes[poke], depth, time_s)
     }

@@ -8,7 +8,9 @@ use crate::sim::instruments::scattered_sites;
 use crate::sim::linear::{Compliance, condense};
 use crate::sim::near_field::NearField;
 use crate::sim::resolution::RemainderResolution;
+use crate::sim::skin::{Rim, Skin, SkinCut};
 use crate::sim::supports::{Patch, Shape};
+use std::sync::Arc;
 
 /// A block with its known glue, and everything on it that a session may use.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,9 +57,13 @@ pub struct Phantom {
     pub(super) plan: PhantomPlan,
     /// Marker sites (m).
     pub(super) markers: Vec<[f64; 3]>,
+    /// What a camera sees of it, if there is one.
+    pub(super) skin: Option<Arc<Skin>>,
+    /// All points whose displacement is known (m): the markers, then the vertices of the skin.
+    pub(super) watched: Vec<[f64; 3]>,
     /// Supports: sites, patches, then 15 functions a spot.
     pub(super) compliance: Compliance,
-    /// What the weight does to supports and markers.
+    /// What the weight does to supports and watched points.
     pub(super) weight: Loads,
 }
 
@@ -90,7 +96,7 @@ impl PhantomPlan {
     }
 
     /// Marker sites (m).
-    pub(super) fn markers(&self) -> Vec<[f64; 3]> {
+    pub(in crate::sim) fn markers(&self) -> Vec<[f64; 3]> {
         scattered_sites(&self.slab, self.marker_spacing_m, self.seed)
     }
 }
@@ -101,17 +107,43 @@ impl Phantom {
     /// # Errors
     /// [`SimError`] when a place is not wholly on its side, or the block cannot be meshed or solved.
     pub fn prepare(plan: &PhantomPlan) -> Result<Self, SimError> {
+        Self::condensed(plan, None)
+    }
+
+    /// The same with a skin that a camera can look at, cut finer at the rims of the sites.
+    ///
+    /// # Errors
+    /// [`SimError`] as for [`Phantom::prepare`], and a cut that means nothing.
+    pub fn prepare_seen(plan: &PhantomPlan, cut: &SkinCut) -> Result<Self, SimError> {
+        let axis = |site: &Site| Vec3::from(site.inward).abs().imax();
+        let rims: Vec<Rim> = plan.sites.iter().map(|s| (s.centre_m, axis(s), s.radius_m)).collect();
+        Self::condensed(plan, Some(Skin::cut(&plan.slab, &rims, cut)?))
+    }
+
+    fn condensed(plan: &PhantomPlan, skin: Option<Skin>) -> Result<Self, SimError> {
         let fields = plan.fields()?;
         let markers = plan.markers();
+        let mut watched = markers.clone();
+        watched.extend(skin.iter().flat_map(|s| &s.points_m));
         let meshes = RemainderResolution::SMALL_STRAIN.meshes(plan.slab, &fields)?;
-        let compliance = condense(&meshes, plan.poisson_ratio, &fields, &markers)?;
-        let weight = Loads::weight(plan, &meshes[1], &markers)?;
-        Ok(Self { plan: plan.clone(), markers, compliance, weight })
+        let compliance = condense(&meshes, plan.poisson_ratio, &fields, &watched)?;
+        let weight = Loads::weight(plan, &meshes[1], &watched)?;
+        Ok(Self { plan: plan.clone(), markers, skin: skin.map(Arc::new), watched, compliance, weight })
     }
 
     /// What it was made from.
     pub fn plan(&self) -> &PhantomPlan {
         &self.plan
+    }
+
+    /// What a camera sees of it; none if it was prepared without.
+    pub fn skin(&self) -> Option<&Arc<Skin>> {
+        self.skin.as_ref()
+    }
+
+    /// Where its markers are at rest (m, phantom frame), by index.
+    pub fn markers(&self) -> &[[f64; 3]] {
+        &self.markers
     }
 
     /// Support columns of a site.

@@ -1,17 +1,14 @@
 //! A world turned into the recording that its session would leave.
 
-use super::body::{Body, change};
+use super::body::Body;
 use super::camera::markers;
-use super::condensed::SessionBody;
-use super::effect::{Effect, check};
+use super::effect::Effect;
 use super::force_sensor::wrench;
 use super::foreign::Foreign;
-use super::happened::Happened;
-use super::history::{Setup, carry};
+use super::history::Setup;
 use super::hold_law::{Friction, HoldLaw};
-use super::large::LargeCourse;
 use super::memory::{Memory, PronyTerm};
-use super::motion::contacts;
+use super::past::Past;
 use super::phantom::Phantom;
 use super::plan::{Hold, World};
 use super::rig::Rig;
@@ -23,62 +20,13 @@ use crate::sim::fit_mesh::fit_mesh;
 use crate::sim::instruments::stage;
 use crate::sim::record::{DENSITY_KG_M3, MAX_STANDOFF_M};
 
-/// Steps of time in one period of the force sensor.
-///
-/// Why: rows of the sensor are instants of the grid; markers are seen between them, where a kink (a band that tightens,
-/// play that is used up) is off by an eighth of a step's motion at most: 2.5 µm at 4 mm/s.
-const STEPS_A_ROW: f64 = 4.0;
-
 impl World {
     /// Runs the session on its phantom, which was prepared from the same plan.
     ///
     /// # Errors
-    /// [`SimError`]: another phantom, a place that does not exist, an effect whose figures mean nothing, equations
-    /// without a solution.
+    /// [`SimError`] as for [`World::happen`].
     pub fn record(&self, phantom: &Phantom) -> Result<Recording, SimError> {
-        if phantom.plan != self.phantom {
-            return Err(SimError::OtherPhantom { session: self.name.clone() });
-        }
-        check(self)?;
-        let timeline = self.timeline()?;
-        let change = change(self)?;
-        let body = SessionBody::new(self, phantom, change.as_ref())?;
-        let step_s = 1.0 / (STEPS_A_ROW * self.instruments.sensor_rate_hz);
-        let (contacts, setup) = (contacts(self, &timeline, step_s), self.setup(step_s));
-        let give = setup.stage_compliance;
-        let course = match LargeCourse::of(self, &body, &contacts, step_s, give, &phantom.markers)? {
-            Some(large) => Happened::Large(large),
-            None => {
-                let course = carry(&body, setup, &contacts, step_s)?;
-                Happened::Small { body, course }
-            }
-        };
-        let pokes = (1..).zip(&timeline.pokes).map(|(number, scheduled)| Poke {
-            number,
-            site: Vec3::from(scheduled.plan.site_m),
-            direction: Vec3::from(scheduled.plan.direction),
-            radius_m: scheduled.plan.radius_m,
-            start_s: scheduled.start_s,
-            end_s: scheduled.end_s,
-        });
-        Ok(Recording {
-            name: self.name.clone(),
-            rest_until_s: timeline.rest_until_s,
-            phantom: Stated {
-                poisson_ratio: self.stated_poisson_ratio,
-                density_kg_m3: DENSITY_KG_M3,
-                modulus_range_pa: self.modulus_range_pa,
-                gravity: None,
-            },
-            tip: Tip { contact: Contact::Bonded, shape: TipShape::Pad },
-            noise: self.instruments.noise,
-            max_standoff_m: MAX_STANDOFF_M,
-            mesh: fit_mesh(&self.phantom.slab, self.fit_cell_m, self.phantom.seed)?,
-            pokes: pokes.collect(),
-            stage: Some(stage(self.seed, &self.instruments, &timeline)),
-            wrench: wrench(self, &course, timeline.end_s),
-            markers: markers(self, phantom, &timeline, &course),
-        })
+        self.happen(phantom)?.record()
     }
 
     /// What goes through the session, from the effects.
@@ -131,6 +79,42 @@ impl World {
             }
         }
         setup
+    }
+}
+
+impl Past<'_> {
+    /// What the instruments make of it.
+    ///
+    /// # Errors
+    /// [`SimError::BadBlock`] where the recording's mesh cannot be cut.
+    pub fn record(&self) -> Result<Recording, SimError> {
+        let Self { world, timeline, happened, .. } = self;
+        let pokes = (1..).zip(&timeline.pokes).map(|(number, scheduled)| Poke {
+            number,
+            site: Vec3::from(scheduled.plan.site_m),
+            direction: Vec3::from(scheduled.plan.direction),
+            radius_m: scheduled.plan.radius_m,
+            start_s: scheduled.start_s,
+            end_s: scheduled.end_s,
+        });
+        Ok(Recording {
+            name: world.name.clone(),
+            rest_until_s: timeline.rest_until_s,
+            phantom: Stated {
+                poisson_ratio: world.stated_poisson_ratio,
+                density_kg_m3: DENSITY_KG_M3,
+                modulus_range_pa: world.modulus_range_pa,
+                gravity: None,
+            },
+            tip: Tip { contact: Contact::Bonded, shape: TipShape::Pad },
+            noise: world.instruments.noise,
+            max_standoff_m: MAX_STANDOFF_M,
+            mesh: fit_mesh(&world.phantom.slab, world.fit_cell_m, world.phantom.seed)?,
+            pokes: pokes.collect(),
+            stage: Some(stage(world.seed, &world.instruments, timeline)),
+            wrench: wrench(world, happened, timeline.end_s),
+            markers: markers(world, self.phantom, timeline, happened),
+        })
     }
 }
 

@@ -130,7 +130,7 @@ fn glue_that_has_let_go_is_glue_that_ends_earlier() -> Result<(), SimError> {
     // The rim of so large a disc is straight to 9 µm.
     let (radius, wanted) = (50.0, 0.0231);
     let loose = Alteration { loose: vec![([wanted + radius, 0.03], radius)], ..Alteration::default() };
-    let change = difference(&world, &loose)?;
+    let change = difference(&world, &loose, &world.phantom.markers())?;
     let unknowns = mesh(&session_plan(&world), &loose, 1.0)?;
     let corners = |index: usize| unknowns.mesh.corners(unknowns.elements[index].cell);
     let faces = let_go(&unknowns, loose.loose[0].0, radius);
@@ -227,9 +227,9 @@ fn refinement_study() -> Result<(), SimError> {
     ];
     for (name, alteration) in cases {
         let start = std::time::Instant::now();
-        let usual = difference_at(&world, &alteration, 1.0)?;
+        let usual = difference_at(&world, &alteration, &phantom.watched, 1.0)?;
         let seconds = start.elapsed().as_secs_f64();
-        let fine = difference_at(&world, &alteration, 0.6)?;
+        let fine = difference_at(&world, &alteration, &phantom.watched, 0.6)?;
         let plan = session_plan(&world);
         let dimension = mesh(&plan, &alteration, 1.0)?.dimension();
         let responses = |change: Option<&Compliance>| -> Result<Vec<_>, SimError> {
