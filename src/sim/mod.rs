@@ -16,6 +16,9 @@
 //! A [`Draw`] conceals elasticity and restraint, linear or at finite strain. A [`World`] conceals what a fit may leave
 //! out as well: memory, slack, slip, faults of the instruments and more, on phantoms that many sessions share (`world`).
 //!
+//! A camera above the bench (`pixel_camera`) makes pictures of the phantom's skin (`skin`), which bends as the bench says, in a room that knows
+//! nothing of benches (`pixels`).
+//!
 //! Symbols: `E` Young's modulus (Pa), `K` stiffness, `C` compliance, `u` displacement (m), `ν` Poisson's ratio.
 
 mod bench;
@@ -37,6 +40,7 @@ mod live_bench;
 mod load_path;
 mod near_field;
 mod neo_hookean;
+mod pixel_camera;
 pub mod pixels;
 mod quadratic;
 mod random;
@@ -62,6 +66,7 @@ pub use draw::{Draw, Instruments, Kinematics, PokePlan, Wander};
 pub use error::SimError;
 pub use hex_mesh::Slab;
 pub use live_bench::{LiveBench, SimulatedMarkers};
+pub use pixel_camera::{FramePipes, FrameSink, LiveCamera, PixelCamera, PixelCameraSetup};
 pub use random::draw;
 pub use record::record;
 pub use resolution::{RemainderResolution, Resolution};

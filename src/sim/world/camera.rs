@@ -75,6 +75,13 @@ impl Camera {
     }
 }
 
+impl World {
+    /// How late the camera is (s).
+    pub(in crate::sim) fn camera_lag_s(&self) -> f64 {
+        lag(self)
+    }
+}
+
 /// How late the camera is (s).
 pub(super) fn lag(world: &World) -> f64 {
     let lags = world.effects.iter().map(|effect| match *effect {
