@@ -2,6 +2,7 @@
 
 use crate::driver::DriverError;
 use crate::sim::SimError;
+use crate::sim::pixels::PixelError;
 use std::io;
 use std::path::PathBuf;
 
@@ -37,6 +38,14 @@ pub enum RigError {
         found: String,
         /// What it should.
         expected: &'static str,
+    },
+    /// The simulated camera has a figure that means nothing.
+    #[error("{}: simulation.camera", file.display())]
+    Camera {
+        /// The rig file.
+        file: PathBuf,
+        /// Which figure.
+        source: PixelError,
     },
     /// A Prony series with unequal lists.
     #[error(

@@ -3,6 +3,7 @@
 //! `simulated` in place of a port, an address or a file takes the simulated bench: the drivers are the same, what answers at the other
 //! end of the port is this program. What such a file says of the simulated phantom stays here.
 
+mod camera;
 mod error;
 mod facts;
 mod file;

@@ -3,6 +3,7 @@
 //! Fits and reports never see this part: it is left out of what a session keeps of the rig file.
 
 use super::RigError;
+use super::camera::CameraKeys;
 use crate::observation::{Noise, PlannedPoke};
 use crate::sim::{
     Body, Disc, Effect, Hold, Instruments, Large, Memory, PhantomPlan, PronyTerm, Rig, Slab, StiffeningLaw,
@@ -36,6 +37,7 @@ pub(super) struct SimulationKeys {
     bands: Vec<BandKeys>,
     #[serde(default, rename = "effect")]
     effects: Vec<EffectKeys>,
+    camera: Option<CameraKeys>,
 }
 
 /// `[[simulation.band]]`: springs that pull on a disc of the underside.
@@ -84,6 +86,11 @@ enum LawWord {
 const MM: f64 = 1e-3;
 
 impl SimulationKeys {
+    /// The camera above the phantom, if there is one.
+    pub(super) fn camera(&self) -> Option<&CameraKeys> {
+        self.camera.as_ref()
+    }
+
     /// The world in which `pokes` will be made; the force sensor delivers `rate_hz` records a second.
     pub(super) fn world(
         &self,
