@@ -23,9 +23,9 @@ struct Candidates {
 }
 
 impl View<'_> {
-    /// Which thing a place in the picture sees, given by its ray and the triangles that may be there; solids, if there may be any, from the
-    /// camera's eye (m).
-    fn class_at(&self, ray: [f64; 2], candidates: &Candidates, eye: Option<&Vec3>) -> u8 {
+    /// Which thing a place in the picture sees, given by its ray and the triangles and solids that may be there; solids from the camera's
+    /// eye (m).
+    fn class_at(&self, ray: [f64; 2], candidates: &Candidates, solids: u16, eye: &Vec3) -> u8 {
         let (mut class, mut nearness) = (PLATE, 0.0);
         for &triangle in &candidates.of[..candidates.count] {
             let weights = self.placed.weights(triangle, ray);
@@ -33,7 +33,8 @@ impl View<'_> {
                 (class, nearness) = (GEL, weights.iter().sum::<f64>().max(nearness));
             }
         }
-        if let Some((near, solid)) = eye.and_then(|eye| self.solid_at(ray, eye))
+        if solids != 0
+            && let Some((near, solid)) = self.solid_at(ray, eye, solids)
             && near > nearness
         {
             class = SOLID + solid;
@@ -41,10 +42,10 @@ impl View<'_> {
         class
     }
 
-    /// The nearest solid along a ray: 1/z (1/m) and its index.
-    pub(super) fn solid_at(&self, ray: [f64; 2], eye: &Vec3) -> Option<(f64, u8)> {
+    /// The nearest along a ray of those solids whose bit is set: 1/z (1/m) and its index.
+    pub(super) fn solid_at(&self, ray: [f64; 2], eye: &Vec3, among: u16) -> Option<(f64, u8)> {
         let along = self.camera.pose.rotation.inverse() * Vec3::new(ray[0], ray[1], 1.0);
-        let hits = self.placed.solids.iter().zip(0..);
+        let hits = self.placed.solids.iter().zip(0_u8..).filter(|(_, index)| among >> index & 1 == 1);
         let hits = hits.filter_map(|(solid, index)| solid.hit(eye, &along).map(|(z, _)| (1.0 / z, index)));
         hits.max_by(|a, b| a.0.total_cmp(&b.0))
     }
@@ -77,8 +78,9 @@ impl View<'_> {
                 }
             }
         }
-        // Where no solid is around, none is looked for.
-        let eye = around[usize::from(SOLID)..].iter().any(|seen| seen.1 > 0).then_some(eye);
+        // Only solids that are around are looked for.
+        let known = around[usize::from(SOLID)..].iter().zip(0..);
+        let solids = known.map(|(seen, index)| u16::from(seen.1 > 0) << index).sum();
         let centre = [f64::from(self.rays.x[pixel]), f64::from(self.rays.y[pixel])];
         let Some(slope) = self.camera.lens.ray_slope(centre) else {
             return picture.radiance[pixel];
@@ -88,7 +90,7 @@ impl View<'_> {
             for i in 0..ALONG {
                 let off = staggered([i, j], ALONG);
                 let ray = [0, 1].map(|a| centre[a] + slope[a][0] * off[0] + slope[a][1] * off[1]);
-                let seen = around[usize::from(self.class_at(ray, &candidates, eye) & 15)];
+                let seen = around[usize::from(self.class_at(ray, &candidates, solids, eye) & 15)];
                 // A gap between triangles that no centre around sees counts as the pixel's own.
                 sum += if seen.1 == 0 { picture.radiance[pixel] } else { seen.0 / f32::from(seen.1) };
             }

@@ -122,8 +122,9 @@ impl View<'_> {
         // Around the middle the surface may be stretched more than there.
         let most = 1.3 * radius * (1.0 + 2.0 * painted.dot.raggedness);
         let reach = [most * d.hypot(b) / area + 2.0, most * c.hypot(a) / area + 2.0].map(|r| r.min(1e5));
-        // Half a pixel's diagonal is at most 0.71 of the root; a quarter more, since the surface around is not the same.
-        let band = 0.9 * (a * a + b * b + c * c + d * d).sqrt() / radius + 2.5 * painted.dot.raggedness;
+        // Half a pixel's longer diagonal; a quarter more, since the surface around is not the same.
+        let diagonal = (a + b).hypot(c + d).max((a - b).hypot(c - d));
+        let band = 1.25 * 0.5 * diagonal / radius + 2.5 * painted.dot.raggedness;
         (reach, band)
     }
 
@@ -221,7 +222,7 @@ impl View<'_> {
                     let off = staggered([i, j], along);
                     let place = sight.at(off);
                     let near: f64 = local.weights_at(off).iter().sum();
-                    if self.solid_at(place, eye).is_some_and(|(solid, _)| solid >= near) {
+                    if self.solid_at(place, eye, u16::MAX).is_some_and(|(solid, _)| solid >= near) {
                         shown = 0.0;
                     }
                 }
