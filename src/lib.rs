@@ -10,7 +10,7 @@
 //! | 0 | [`units`], [`clock`], [`geometry`] | what a number means: which unit, whose time, which frame |
 //! | 0 | [`mesh`] | what shape a body has |
 //! | 0 | [`sparse`] | how a large sparse system is solved |
-//! | 1 | [`device`] | what a stage, a force sensor and a source of marker positions are |
+//! | 1 | [`device`] | what a stage, a force sensor, a depth camera and a source of marker positions are |
 //! | 1 | [`observation`] | what was observed in one poke |
 //! | 1 | [`fem`] | what the phantom does under a load |
 //! | 2 | [`driver`] | how real hardware speaks |

@@ -87,6 +87,14 @@ pub enum DeviceError {
         /// Which device, and where.
         device: String,
     },
+    /// A recording in a device's place has come to its end.
+    #[error("{device} has come to its end after {frames} frames")]
+    Ended {
+        /// Which recording, and where.
+        device: String,
+        /// Frames that it gave.
+        frames: u64,
+    },
     /// What it says makes no sense.
     #[error("{device} says {said:?}; expected {expected}")]
     Nonsense {

@@ -1,4 +1,4 @@
-//! What a stage, a force sensor and a source of marker positions are: traits, what they report, and how they fail.
+//! What a stage, a force sensor, a depth camera and a source of marker positions are: traits, what they report, and how they fail.
 //!
 //! Real hardware (`driver`), recorded sessions (`session`) and the simulated bench behind the same drivers all stand behind these
 //! traits; whoever runs a protocol knows nothing else of them.
@@ -12,6 +12,7 @@
 //! axes point in the phantom frame, a [`SensorMounting`] how the sensor's axes lie in it.
 
 mod compared;
+mod depth_camera;
 mod error;
 mod force;
 mod markers;
@@ -20,6 +21,9 @@ mod sequence;
 mod stage;
 
 pub use compared::ClockComparison;
+pub use depth_camera::{
+    DepthCamera, DepthCameraFormat, DepthCameraIdentity, DepthFrame, DepthPicture, FrameLosses, GreyPicture,
+};
 pub use error::DeviceError;
 pub use force::{ForceFormat, ForceIdentity, ForceRecord, ForceSensor, Losses};
 pub use markers::{MarkerFrame, MarkerPosition, MarkerSource};
