@@ -1,15 +1,15 @@
 # `make demo` does the main job on a simulated bench that conceals something, `make test` runs every test, `make prove` shows on draws that
 # nobody has seen how well diagnoses name what a recording conceals.
 #
-# All need Rust, make and a C compiler. What the tests need besides is installed by apt when it is missing and
-# apt is there; without it the tests concerned say that they were skipped.
-.PHONY: demo test prove packages
+# All need Rust, make and a C compiler. What they need besides is installed by apt when it is missing and apt is there. Without OpenCV
+# the program is built without depth cameras; without Chromium the tests concerned say that they were skipped.
+.PHONY: demo test prove opencv chromium
 
 # A bench that nobody has seen: SEED=… draws one again.
 DEMO := target/demo
 
-demo:
-	cargo build --release --quiet
+demo: opencv
+	cargo build --release --quiet $(FEATURES)
 	@seed="$(SEED)"; [ -n "$$seed" ] || seed=$$(od -An -N4 -tu4 /dev/urandom | tr -d ' '); \
 	out=$(DEMO)/$$seed; page=$$out/pages/draw-0001.html; \
 	if [ -e $$out ]; then chmod -R u+w $$out && rm -rf $$out $$out.sealed $$out.key; fi; \
@@ -24,8 +24,8 @@ demo:
 COUNT ?= 500
 PROOFS := target/proofs
 
-prove:
-	cargo build --release --quiet
+prove: opencv
+	cargo build --release --quiet $(FEATURES)
 	@mkdir -p $(PROOFS); \
 	if [ -n "$(SEED)" ]; then seed="$(SEED)"; \
 	elif [ -s $(PROOFS)/seed ]; then seed=$$(cat $(PROOFS)/seed); \
@@ -40,16 +40,34 @@ prove:
 	exit $$code
 
 # Tests of devices mostly wait: two more at a time than a small machine has cores.
-test: packages
+test: opencv chromium
 	cargo fmt --all --check
-	cargo clippy --release --workspace --all-targets -- -D warnings
-	RUST_TEST_THREADS=4 cargo test --release --workspace
-	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
+	cargo clippy --release --workspace --all-targets $(FEATURES) -- -D warnings
+	RUST_TEST_THREADS=4 cargo test --release --workspace $(FEATURES)
+	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps $(FEATURES)
 
-# Chromium opens the page in the tests of the report.
-packages:
-	@if ! command -v chromium >/dev/null && command -v apt-get >/dev/null; then \
-		if [ "$$(id -u)" = 0 ]; then as=; elif command -v sudo >/dev/null; then as="sudo -n"; else as=false; fi; \
-		{ $$as apt-get update -qq && $$as apt-get install -y -qq --no-install-recommends chromium; } >/dev/null \
-			|| echo "chromium could not be installed: the tests that open the page will be skipped"; \
+# Installs Debian's packages in $$1, and says $$2 if that fails.
+INSTALL = install() { \
+	if [ "$$(id -u)" = 0 ]; then as=; elif command -v sudo >/dev/null; then as="sudo -n"; else as=false; fi; \
+	{ $$as apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$as apt-get install -y -qq --no-install-recommends $$1; } \
+		>/dev/null || echo "$$2"; \
+}
+
+# Captures depth cameras: OpenCV, what GStreamer needs for raw pictures, and clang with its library, which reads OpenCV's headers when
+# the bindings are built.
+opencv:
+	@$(INSTALL); packages="libopencv-videoio-dev gstreamer1.0-plugins-base clang g++"; \
+	if command -v apt-get >/dev/null && ! { dpkg -s $$packages && $(BINDABLE); } >/dev/null 2>&1; then \
+		install "$$packages" "OpenCV could not be installed: depth cameras are left out"; \
+	fi
+
+# Looked at when it is used: after what was missing has been installed.
+FEATURES = $(shell $(BINDABLE) || echo --no-default-features)
+BINDABLE = { command -v clang && command -v c++ && ls /usr/lib/llvm-*/lib/libclang.so* && \
+	{ test -e /usr/include/opencv4/opencv2/videoio.hpp || test -e /usr/local/include/opencv4/opencv2/videoio.hpp; }; } >/dev/null 2>&1
+
+# Opens the page in the tests of the report.
+chromium:
+	@$(INSTALL); if ! command -v chromium >/dev/null && command -v apt-get >/dev/null; then \
+		install chromium "chromium could not be installed: the tests that open the page will be skipped"; \
 	fi

@@ -144,9 +144,117 @@ pub enum DriverError {
         missing: &'static str,
     },
 
+    // Depth cameras.
+    /// This program cannot drive any.
+    #[error("no depth camera can be driven: this program was built without OpenCV (cargo feature `opencv`)")]
+    VideoAbsent,
+    /// An option that makes no sense.
+    #[error("{name} of the depth camera is {value}; expected {expected}")]
+    VideoSetting {
+        /// Name of the option.
+        name: &'static str,
+        /// Its value.
+        value: String,
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// OpenCV does not have what drives such a camera.
+    #[error("the OpenCV that is installed cannot drive such a camera: it lacks {asked}, and has {installed}")]
+    VideoBackend {
+        /// Name of the backend that it would take.
+        asked: &'static str,
+        /// Names of those that are there.
+        installed: String,
+    },
+    /// OpenCV does not open it.
+    #[error(
+        "OpenCV ({backend}) cannot open {device}{}; with OPENCV_LOG_LEVEL=WARNING in the environment it says more",
+        said_text(said)
+    )]
+    VideoOpen {
+        /// Device or pipeline.
+        device: String,
+        /// Name of the backend.
+        backend: &'static str,
+        /// What OpenCV says; often nothing.
+        said: String,
+    },
+    /// Its pictures are of another kind or size.
+    #[error("{device} gives {found}; expected {expected}")]
+    VideoPicture {
+        /// Device, pipeline or files.
+        device: String,
+        /// What its first picture is.
+        found: String,
+        /// What it should be.
+        expected: String,
+    },
+    /// Image files whose names OpenCV would misread.
+    #[error("the pattern {} {problem}", pattern.display())]
+    VideoPattern {
+        /// Pattern of their names.
+        pattern: std::path::PathBuf,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// The folder of image files cannot be read.
+    #[error("{} cannot be read", folder.display())]
+    VideoFolder {
+        /// The folder.
+        folder: std::path::PathBuf,
+        /// What the operating system says.
+        source: std::io::Error,
+    },
+    /// No such image files.
+    #[error("there is no file {} that the table of times has", pattern.display())]
+    VideoNoFiles {
+        /// Pattern of their names.
+        pattern: std::path::PathBuf,
+    },
+    /// The table that says when image files were taken cannot be read: pictures without times are worth nothing.
+    #[error("{}, which should say when each image file was taken, cannot be read: {source}", file.display())]
+    VideoTimes {
+        /// The table.
+        file: std::path::PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// That table lacks a column.
+    #[error("{} has no column {column}", file.display())]
+    VideoTimesColumn {
+        /// The table.
+        file: std::path::PathBuf,
+        /// Name of the column.
+        column: &'static str,
+    },
+    /// A row of that table makes no sense.
+    #[error("{}, line {line}: {found}; expected {expected}", file.display())]
+    VideoTimesRow {
+        /// The table.
+        file: std::path::PathBuf,
+        /// Its line, from 1.
+        line: u64,
+        /// What is there.
+        found: String,
+        /// What should be.
+        expected: String,
+    },
+    /// An image file that the table has no time of.
+    #[error("{} has no row for {}: nobody knows when that was taken", times.display(), file.display())]
+    VideoUntimed {
+        /// The image file.
+        file: std::path::PathBuf,
+        /// The table.
+        times: std::path::PathBuf,
+    },
+
     /// It can be reached, but something goes wrong from there on.
     #[error(transparent)]
     Device(#[from] crate::device::DeviceError),
+}
+
+fn said_text(said: &str) -> String {
+    if said.is_empty() { String::new() } else { format!(": {said}") }
 }
 
 fn setting_text(setting: u16, value: Option<f64>) -> String {
