@@ -27,7 +27,7 @@ const MAY_IMPORT: [(&str, &[&str]); 20] = [
     ("dataset", &["device", "session", "track", "calib", "observation"]),
     ("diagnose", &["inverse", "fem", "calib", "observation"]),
     ("acquire", &["device", "session"]),
-    ("rig", &["driver", "sim", "session", "calib", "device", "observation"]),
+    ("rig", &["driver", "sim", "session", "track", "calib", "device", "observation"]),
     ("report", &["session", "calib", "inverse", "diagnose", "observation", "fem"]),
     (
         "cli",

@@ -4,9 +4,10 @@ use super::{Context, Exit, Outcome};
 use crate::acquire::stay_resident;
 use crate::clock::HostTime;
 use crate::dataset::read_mesh;
-use crate::device::{ForceSensor, Losses, Stage, StageState};
+use crate::device::{ForceSensor, Losses, MarkerSource, Stage, StageState};
 use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings, serial_ports};
 use crate::rig::{RigError, RigFile};
+use crate::track::{GreyView, Settings, Tracker};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -57,8 +58,10 @@ pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Res
             Ok(found) => force(found.as_mut()),
             Err(error) => missing("force sensor", error),
         });
-        if let Err(error) = &devices.markers {
-            findings.push(missing("markers", error));
+        match &mut devices.markers {
+            Ok(Some(source)) if source.camera().is_some() => findings.push(camera(source.as_mut())),
+            Ok(_) => {}
+            Err(error) => findings.push(missing("markers", error)),
         }
         findings.extend(rig.mesh().as_deref().map(mesh));
     } else {
@@ -219,6 +222,80 @@ fn stage(stage: &mut dyn Stage) -> Finding {
         }),
         good,
     }
+}
+
+/// Rate, losses, depth and dots of a camera.
+fn camera(source: &mut dyn MarkerSource) -> Finding {
+    let name = source.camera().map_or(String::new(), |(identity, _)| identity.source.clone());
+    match watch(source) {
+        Ok(seen) => {
+            let losses = source.losses().unwrap_or_default();
+            let bad = losses.malformed + losses.unpaired + losses.dropped + losses.lost;
+            let [rate_hz, set_hz] = [seen.frames as f64 / LISTEN.as_secs_f64(), source.rate_hz()];
+            let good =
+                (rate_hz / set_hz - 1.0).abs() < 0.1 && seen.depth_share > 0.3 && seen.dots >= LEAST_DOTS;
+            Finding {
+                text: format!(
+                    "camera at {name}: {}\n  {rate_hz:.1} frames a second of {set_hz}; {} thrown away as stale, {} dropped, {} unpaired, \
+                     {} malformed, {} lost\n  depth in {:.0} % of the pixels; {} dots",
+                    if good && bad == 0 { "sound" } else { "look at the figures" },
+                    losses.stale,
+                    losses.dropped,
+                    losses.unpaired,
+                    losses.malformed,
+                    losses.lost,
+                    1e2 * seen.depth_share,
+                    seen.dots
+                ),
+                json: json!({
+                    "camera": name, "rate_hz": rate_hz, "set_rate_hz": set_hz, "stale": losses.stale, "dropped": losses.dropped,
+                    "unpaired": losses.unpaired, "malformed": losses.malformed, "lost": losses.lost,
+                    "depth_share": seen.depth_share, "dots": seen.dots,
+                }),
+                good,
+            }
+        }
+        Err(error) => Finding {
+            text: format!("camera at {name}: {}", chain(&error)),
+            json: json!({"camera": name, "error": chain(&error)}),
+            good: false,
+        },
+    }
+}
+
+/// What a camera showed.
+struct Seen {
+    frames: u32,
+    /// Share of the last frame's pixels that have a depth.
+    depth_share: f64,
+    /// Dots in it.
+    dots: usize,
+}
+
+/// Fewer dots are no phantom with markers.
+const LEAST_DOTS: usize = 10;
+
+fn watch(source: &mut dyn MarkerSource) -> Result<Seen, crate::device::DeviceError> {
+    let mut seen = Seen { frames: 0, depth_share: 0.0, dots: 0 };
+    // The first one may be long in coming: the camera is started.
+    source.frame(HostTime::now() + LISTEN)?;
+    let asked = HostTime::now();
+    let mut last = None;
+    while HostTime::now().since(asked) < LISTEN {
+        if source.frame(HostTime::now() + Duration::from_millis(50))?.is_some() {
+            seen.frames += 1;
+            last = source.pictures();
+        }
+    }
+    if let Some(frame) = last {
+        let with = frame.depth.values.iter().filter(|d| **d > 0).count();
+        seen.depth_share = with as f64 / frame.depth.values.len().max(1) as f64;
+        let (width, height) = (frame.grey.width, frame.grey.height);
+        let dots = GreyView::new(width, height, width, &frame.grey.pixels)
+            .and_then(|grey| Tracker::reference_dots(&grey, &Settings::default()));
+        seen.dots = dots.map_or(0, |dots| dots.len());
+    }
+    Ok(seen)
 }
 
 /// Rate, losses and the unevenness of a force stream.

@@ -83,7 +83,7 @@ pub(super) fn record(
     }
     drop(spinner);
 
-    let (start, began) = (start_document(planned, &devices, &mesh_bytes), HostTime::now());
+    let (start, began) = (start_document(planned, &devices, &mesh_bytes)?, HostTime::now());
     let writer = if goes_on {
         SessionWriter::continue_session(folder, start)?
     } else {
@@ -300,14 +300,18 @@ fn room(folder: &Path, bytes: f64) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn start_document(planned: &Planned, devices: &Devices, mesh: &[u8]) -> StartDocument {
+fn start_document(planned: &Planned, devices: &Devices, mesh: &[u8]) -> anyhow::Result<StartDocument> {
     let rig = &planned.rig;
+    let camera = match devices.markers.as_ref().and_then(|source| source.camera()) {
+        Some((identity, format)) => rig.camera(identity, format)?,
+        None => None,
+    };
     let (origin_m, axes) = rig.axes();
     let sensor = rig.sensor();
     let (radius_m, shape, contact) = rig.tip();
     let (poisson_ratio, density_kg_m3, modulus_range_pa) = rig.phantom();
     let now = HostTime::now();
-    StartDocument {
+    Ok(StartDocument {
         format: String::new(),
         name: planned.protocol.name().to_owned(),
         segment: 0,
@@ -323,11 +327,11 @@ fn start_document(planned: &Planned, devices: &Devices, mesh: &[u8]) -> StartDoc
         stage: Some(StageDocument::new(devices.stage.identity(), devices.stage.limits())),
         force: Some(ForceDocument::new(devices.force.identity(), devices.force.format())),
         markers: devices.markers.as_ref().map(|source| MarkersDocument {
-            source: "simulated positions".to_owned(),
+            source: if camera.is_some() { "camera, followed live" } else { "simulated positions" }.to_owned(),
             rate_hz: source.rate_hz(),
             markers: 0,
         }),
-        camera: None,
+        camera,
         mounting: Some(MountingDocument {
             origin_m,
             axes,
@@ -350,7 +354,7 @@ fn start_document(planned: &Planned, devices: &Devices, mesh: &[u8]) -> StartDoc
             density_kg_m3,
             modulus_range_pa,
         },
-    }
+    })
 }
 
 /// What a stop is called.

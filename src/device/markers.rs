@@ -1,6 +1,6 @@
 //! Where the dots on the phantom are, frame by frame, from whoever can tell: a camera with a tracker, a recording, a simulated bench.
 
-use super::DeviceError;
+use super::{DepthCameraFormat, DepthCameraIdentity, DepthFrame, DeviceError, FrameLosses};
 use crate::clock::HostTime;
 
 /// One marker in one frame.
@@ -33,4 +33,24 @@ pub trait MarkerSource: Send {
     /// # Errors
     /// [`DeviceError`]: lost, silent for longer than its budget.
     fn frame(&mut self, until: HostTime) -> Result<Option<MarkerFrame>, DeviceError>;
+
+    /// The pictures in which the last frame was seen, once; none where it was not seen in pictures.
+    fn pictures(&mut self) -> Option<DepthFrame> {
+        None
+    }
+
+    /// Gives the memory of pictures back for those to come. Nobody has to.
+    fn recycle(&mut self, pictures: DepthFrame) {
+        drop(pictures);
+    }
+
+    /// The camera behind it and what its pictures are worth, if there is one.
+    fn camera(&self) -> Option<(&DepthCameraIdentity, &DepthCameraFormat)> {
+        None
+    }
+
+    /// What became of the camera's pictures so far, if there is one.
+    fn losses(&self) -> Option<FrameLosses> {
+        None
+    }
 }

@@ -28,6 +28,8 @@ pub(super) struct CameraKeys {
     up: [f64; 3],
     // What is painted on the phantom, and how finely its surface is cut.
     dot_radius_mm: f64,
+    #[serde(default)]
+    fiducials_mm: Vec<[f64; 3]>,
     dot_raggedness: Option<f64>,
     surface_mm: Option<f64>,
     surface_at_tips_mm: Option<f64>,
@@ -105,6 +107,7 @@ impl CameraKeys {
         pixels.check().map_err(|source| RigError::Camera { file: file.to_owned(), source })?;
         let mut setup = PixelCameraSetup::new(pixels, rate_hz);
         setup.dot_radius_m = self.dot_radius_mm * MM;
+        setup.fiducials_m = self.fiducials_mm.iter().map(|place| place.map(|x| x * MM)).collect();
         set(&mut setup.dot_raggedness, self.dot_raggedness);
         let SkinCut { cell_m, rim_cell_m, .. } = &mut setup.cut;
         scaled(cell_m, self.surface_mm, MM);

@@ -1,5 +1,6 @@
 //! Why a rig file cannot be used, or the devices that it names cannot be had.
 
+use crate::calib::CalibError;
 use crate::driver::DriverError;
 use crate::sim::SimError;
 use crate::sim::pixels::PixelError;
@@ -47,6 +48,17 @@ pub enum RigError {
         /// Which figure.
         source: PixelError,
     },
+    /// The camera's registration cannot be used.
+    #[error("{}: no registration", file.display())]
+    Registration {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: CalibError,
+    },
+    /// The simulated camera cannot be put up.
+    #[error("the simulated camera")]
+    SimulatedCamera(#[from] PixelError),
     /// A Prony series with unequal lists.
     #[error(
         "{effect}: {fractions} relaxed fractions and {times} time constants; expected as many of both, at least one"

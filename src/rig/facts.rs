@@ -3,7 +3,8 @@
 use super::file::{ContactWord, RigKeys, ShapeWord};
 use super::reading::without_simulation;
 use super::{RigError, SIMULATED};
-use crate::device::{Mounting, SensorMounting, StageLimits};
+use crate::device::{DepthCameraFormat, DepthCameraIdentity, Mounting, SensorMounting, StageLimits};
+use crate::session::CameraDocument;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -149,6 +150,29 @@ impl RigFile {
     pub fn phantom(&self) -> (f64, f64, [f64; 2]) {
         let phantom = &self.keys.phantom;
         (phantom.poisson_ratio, phantom.density_kg_m3, phantom.modulus_range_kpa.map(|x| x * 1e3))
+    }
+
+    /// What a session keeps of the depth camera, which calls itself so; none where there is none.
+    ///
+    /// # Errors
+    /// [`RigError`]: a lens or a registration that is none.
+    pub fn camera(
+        &self,
+        identity: &DepthCameraIdentity,
+        format: &DepthCameraFormat,
+    ) -> Result<Option<CameraDocument>, RigError> {
+        let Some(keys) = &self.keys.camera else { return Ok(None) };
+        Ok(Some(CameraDocument {
+            backend: identity.backend.clone(),
+            source: identity.source.clone(),
+            rate_hz: format.rate_hz,
+            size_px: [format.width, format.height],
+            metres_per_unit: format.metres_per_unit,
+            lens: keys.lens(self)?,
+            fiducials_m: keys.fiducials_mm.iter().map(|p| p.map(|x| x * MM)).collect(),
+            fiducial_sd_m: keys.fiducial_sd_mm * MM,
+            registration: keys.registration(self)?,
+        }))
     }
 
     /// The mesh file; none for that of the simulated phantom.

@@ -1,6 +1,7 @@
 //! A rig file as a person writes it: which devices, how they are mounted, what must not happen to the phantom.
 
 use super::RigError;
+use super::depth_camera::DepthCameraKeys;
 use super::reading;
 use super::simulation::SimulationKeys;
 use crate::device::{Mounting, SensorMounting};
@@ -12,6 +13,8 @@ use std::path::{Path, PathBuf};
 pub(super) const FORMAT: &str = "phantom-rig/1";
 /// In place of a port, an address or a file: the simulated bench has it.
 pub(super) const SIMULATED: &str = "simulated";
+/// Marker positions come from the depth camera.
+pub(super) const CAMERA: &str = "camera";
 
 /// Longest time from a force to its record, and from a stop to the motors (ms).
 const LONGEST_MS: f64 = 1000.0;
@@ -29,6 +32,7 @@ pub(super) struct RigKeys {
     pub(super) stage: StageKeys,
     pub(super) force: ForceKeys,
     pub(super) markers: Option<MarkerKeys>,
+    pub(super) camera: Option<DepthCameraKeys>,
     pub(super) tip: TipKeys,
     pub(super) phantom: PhantomKeys,
     pub(super) simulation: Option<SimulationKeys>,
@@ -231,12 +235,39 @@ impl RigKeys {
                 "a rotation: rows of unit length at right angles, right-handed",
             );
         }
-        if let Some(source) = self.markers.as_ref().map(|m| &m.source).filter(|source| *source != SIMULATED) {
-            return wrong(
-                "markers.source",
-                source.clone(),
-                "\"simulated\": no camera is driven yet; leave the section out on a real bench",
-            );
+        let source = self.markers.as_ref().map(|m| m.source.as_str());
+        match (source, &self.camera) {
+            (None | Some(SIMULATED), None) | (Some(CAMERA), Some(_)) => {}
+            (Some(CAMERA), None) => {
+                return wrong("markers.source", CAMERA.to_owned(), "a section [camera] beside it");
+            }
+            (None | Some(SIMULATED), Some(_)) => {
+                return wrong("camera", "there".to_owned(), "[markers] with source = \"camera\" beside it");
+            }
+            (Some(other), _) => {
+                return wrong(
+                    "markers.source",
+                    other.to_owned(),
+                    "\"camera\", or \"simulated\" for exact positions",
+                );
+            }
+        }
+        if let Some(camera) = &self.camera {
+            let positive = [
+                ("camera.rate_hz", camera.rate_hz),
+                ("camera.depth_unit_mm", camera.depth_unit_mm),
+                ("camera.fiducial_sd_mm", camera.fiducial_sd_mm),
+            ];
+            if let Some((key, value)) = positive.into_iter().find(|(_, v)| !(*v > 0.0 && v.is_finite())) {
+                return wrong(key, value.to_string(), "a number above 0");
+            }
+            if camera.is_simulated() && self.simulation.as_ref().is_none_or(|s| s.camera().is_none()) {
+                return wrong(
+                    "camera.source",
+                    SIMULATED.to_owned(),
+                    "a real one, or a section [simulation.camera]",
+                );
+            }
         }
         let simulated = [
             ("stage.port", self.stage.port.as_str()),

@@ -4,6 +4,8 @@
 //! end of the port is this program. What such a file says of the simulated phantom stays here.
 
 mod camera;
+mod camera_markers;
+mod depth_camera;
 mod error;
 mod facts;
 mod file;

@@ -1,20 +1,27 @@
 //! The devices of a rig, opened: real ones through their drivers, simulated ones through the same drivers to the simulated bench.
 
+use super::camera_markers::CameraMarkers;
+use super::depth_camera::DepthCameraKeys;
 use super::file::ControllerWord;
 use super::simulation::SimulationKeys;
 use super::{RigError, RigFile, SIMULATED};
+use crate::calib::RegistrationFile;
 use crate::clock::HostTime;
 use crate::device::{ForceSensor, MarkerSource, Stage};
-use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings};
+use crate::driver::{
+    GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings, VideoSource, open_video,
+};
 use crate::mesh::TetMesh;
 use crate::observation::PlannedPoke;
 use crate::sim::bytes::{
     GrblDialect, GrblEmulator, GrblSetup, NativeStageEmulator, NativeStageSetup, NetFtEmulator, NetFtSetup,
 };
-use crate::sim::{LiveBench, SimError, World};
+use crate::sim::{FramePipes, LiveBench, LiveCamera, PixelCamera, PixelCameraSetup, SimError, World};
+use crate::track::Camera;
 use std::net::Ipv4Addr;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
+use tempfile::TempDir;
 
 /// What is behind simulated devices, with the pokes that will be made on it.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,6 +68,7 @@ struct Simulated {
     _native: Option<NativeStageEmulator>,
     _grbl: Option<GrblEmulator>,
     _net_ft: Option<NetFtEmulator>,
+    camera: Option<(LiveCamera, TempDir)>,
 }
 
 impl Simulated {
@@ -70,6 +78,11 @@ impl Simulated {
 }
 
 impl Devices {
+    /// Frames that the simulated camera could not make in time, where there is one.
+    pub fn simulated_camera_dropped(&self) -> Option<u64> {
+        self.simulated.camera.as_ref().map(|(camera, _)| camera.dropped())
+    }
+
     /// Why the simulated bench could not go on, if so.
     pub fn simulation_failure(&self) -> Option<&SimError> {
         self.simulated.failure.get()
@@ -119,18 +132,28 @@ impl RigFile {
     /// # Errors
     /// [`RigError`]: the simulated bench cannot be prepared.
     pub fn open_each(&self, bench: Option<SimulatedBench>, at_rest_s: f64) -> Result<EachDevice, RigError> {
+        let seen = self.keys.camera.as_ref().is_some_and(DepthCameraKeys::is_simulated);
         let prepare = |bench: SimulatedBench| {
-            let live = LiveBench::new(bench.world.clone(), self.mounting(), self.sensor(), at_rest_s)?;
-            Ok::<_, RigError>((bench.world, live))
+            let eye = if seen { self.simulated_camera(&bench)? } else { None };
+            let (world, mounting, sensor) = (bench.world.clone(), self.mounting(), self.sensor());
+            let live = match &eye {
+                Some(eye) => LiveBench::seen(world, mounting, sensor, at_rest_s, &eye.cut)?,
+                None => LiveBench::new(world, mounting, sensor, at_rest_s)?,
+            };
+            Ok::<_, RigError>((bench.world, live, eye))
         };
-        let bench = bench.map(prepare).transpose()?;
+        let (bench, eye) = match bench.map(prepare).transpose()? {
+            Some((world, live, eye)) => (Some((world, live)), eye),
+            None => (None, None),
+        };
         let mut simulated = Simulated { bench, ..Simulated::default() };
         let (stage, force) = (self.open_stage(&mut simulated), self.open_force(&mut simulated));
         let markers = match &self.keys.markers {
             Some(source) if source.source == SIMULATED => simulated
                 .bench_for("markers")
                 .map(|bench| Some(Box::new(bench.markers()) as Box<dyn MarkerSource>)),
-            Some(_) | None => Ok(None),
+            Some(_) => self.open_camera(&mut simulated, eye.as_ref()).map(Some),
+            None => Ok(None),
         };
         Ok(EachDevice { stage, force, markers, simulated })
     }
@@ -219,6 +242,39 @@ impl RigFile {
             });
         }
         Ok(Box::new(force))
+    }
+
+    fn open_camera(
+        &self,
+        simulated: &mut Simulated,
+        eye: Option<&PixelCameraSetup>,
+    ) -> Result<Box<dyn MarkerSource>, RigError> {
+        let Some(keys) = &self.keys.camera else { return Err(RigError::NoBench { device: "camera" }) };
+        let options = match keys.video(self)? {
+            Some(options) => options,
+            None => {
+                let bench = simulated.bench_for("camera")?;
+                let eye = eye.ok_or(RigError::NoBench { device: "camera" })?;
+                let place =
+                    tempfile::tempdir().map_err(|source| RigError::NoPort { device: "camera", source })?;
+                let [grey, depth] = ["grey", "depth"].map(|name| place.path().join(name));
+                let pipes = FramePipes::create(&grey, &depth, keys.size_px)?;
+                let camera = PixelCamera::above(eye, &bench)?;
+                simulated.camera = Some((LiveCamera::start(camera, bench, pipes, |_| {}), place));
+                keys.options(VideoSource::pipes(&grey, &depth, keys.size_px, keys.rate_hz))
+            }
+        };
+        let lens = keys.lens(self)?.map(|lens| Camera {
+            size_px: keys.size_px,
+            focal_px: lens.focal_px,
+            principal_px: lens.principal_px,
+            radial: lens.radial,
+            tangential: lens.tangential,
+        });
+        let registration = keys.registration(self)?;
+        let registration = registration.and_then(|text| RegistrationFile::parse(&text.text).ok());
+        let eye = lens.zip(registration.map(|file| file.registration()));
+        Ok(Box::new(CameraMarkers::new(open_video(&options)?, eye)))
     }
 
     /// The emulated stage that does what the rig file says, with own firmware.

@@ -7,6 +7,9 @@ use std::path::Path;
 /// Names are taken for a slip of one another from this similarity on (Jaro–Winkler, 0 to 1).
 const ALIKE: f64 = 0.8;
 
+/// The tables of a rig file, but for what only the simulated bench may read.
+const TABLES: [&str; 6] = ["stage", "force", "markers", "camera", "tip", "phantom"];
+
 /// Reads keys of which none may be unknown.
 pub(super) fn read<K: DeserializeOwned>(file: &Path, text: &str) -> Result<K, RigError> {
     toml::from_str(text).map_err(|error| RigError::Refused {
@@ -38,9 +41,9 @@ pub(super) fn without_simulation(text: &str) -> String {
     for line in text.lines() {
         let header = line.trim_start();
         if header.starts_with('[') {
-            let name = header.trim_start_matches('[').trim_start();
-            hidden =
-                name.strip_prefix("simulation").is_some_and(|rest| rest.trim_start().starts_with([']', '.']));
+            // Only a table's name ends what is hidden: a list may go on over several lines.
+            let name = header.trim_start_matches('[').split([']', '.']).next().unwrap_or_default().trim();
+            hidden = name == "simulation" || hidden && !TABLES.contains(&name);
         }
         if !hidden {
             kept.push_str(line);
@@ -74,7 +77,7 @@ mod tests {
 
     #[test]
     fn what_is_simulated_is_left_out_whole() {
-        let text = "a = 1\n[stage]\nb = 2 # kept\n[simulation]\nseed = 3\n[[simulation.effect]]\nphysics = 'x'\n[tip]\nc = 4\n";
+        let text = "a = 1\n[stage]\nb = 2 # kept\n[simulation]\nseed = 3\n[[simulation.effect]]\nphysics = 'x'\nlist = [\n[1],\n[ 2 ]\n]\n[tip]\nc = 4\n";
         assert_eq!(without_simulation(text), "a = 1\n[stage]\nb = 2 # kept\n[tip]\nc = 4\n");
     }
 }

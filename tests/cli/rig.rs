@@ -214,7 +214,11 @@ fn what_cannot_be_run_is_refused_before_anything_moves() {
         (("travel_mm = [[0.5, 145.0], [0.5, 35.0]]", "travel_mm = [[0.5, 60.0], [0.5, 35.0]]"), "travel"),
         (("port = \"simulated\"", "port = \"/dev/no-such-port\""), "/dev/no-such-port"),
         (("clearance_mm = 5.0", "clearence_mm = 5.0"), "clearance_mm"),
-        (("source = \"simulated\"", "source = \"/dev/video0\""), "no camera is driven yet"),
+        (
+            ("source = \"simulated\"", "source = \"/dev/video0\""),
+            "markers.source is /dev/video0; expected \"camera\"",
+        ),
+        (("source = \"simulated\"", "source = \"camera\""), "a section [camera] beside it"),
         (("latency_ms = 2.0", "latency_ms = 0.5"), "stage.latency_ms"),
         (("latency_ms = 28.0", "latency_ms = 28000.0"), "force.latency_ms"),
         (("radius_mm = 8.0", "radius_mm = 0.008"), "tip.radius_mm is 0.008; expected millimetres"),
@@ -249,7 +253,9 @@ fn what_cannot_be_run_is_refused_before_anything_moves() {
 #[test]
 fn the_protocols_that_come_with_the_program_can_be_run_on_its_benches() {
     let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
-    for (rig, expected) in [("sim.toml", 0), ("bench-ati-native.toml", 1), ("bench-ati-grbl.toml", 1)] {
+    for (rig, expected) in
+        [("sim.toml", 0), ("sim-camera.toml", 0), ("bench-ati-native.toml", 1), ("bench-ati-grbl.toml", 1)]
+    {
         for protocol in ["five-pokes.toml", "demo.toml"] {
             let (rig, protocol) = (rigs.join(rig), rigs.join("protocols").join(protocol));
             let (code, text, stderr) = run(&["plan", utf8(&protocol), "--rig", utf8(&rig)]);

@@ -12,9 +12,11 @@ use crate::acquire::plan::{Bench, CheckedPlan, Leg, Phase, Plan, PlanStep};
 use crate::acquire::protocol::{Action, Profile, Target};
 use crate::acquire::status::{Doing, Watched};
 use crate::clock::HostTime;
-use crate::device::{AXES, DeviceError, ForceSensor, Losses, MarkerSource, Motion, Stage, StageReport};
+use crate::device::{
+    AXES, DepthFrame, DeviceError, ForceSensor, Losses, MarkerSource, Motion, Stage, StageReport,
+};
 use crate::geometry::Vec3;
-use crate::session::{Recorder, SessionWriter};
+use crate::session::{CameraFrame, Picture, Recorder, SessionWriter};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -485,10 +487,39 @@ fn fetch(
         match source.frame(HostTime::now() + FRAME) {
             Ok(Some(frame)) => {
                 recorder.markers(frame);
+                if let Some(pictures) = source.pictures() {
+                    take_down(&pictures, &mut recorder);
+                    source.recycle(pictures);
+                }
                 watched.tell(|status| status.frames += 1);
             }
             Ok(None) => {}
-            Err(_) => return latch.trip(Cause::CameraLost, HostTime::now()),
+            Err(_) => {
+                latch.trip(Cause::CameraLost, HostTime::now());
+                break;
+            }
         }
+    }
+    if let Some(losses) = source.losses() {
+        recorder.event(event(
+            "camera",
+            None,
+            json!({
+                "received": losses.received, "dropped": losses.dropped, "unpaired": losses.unpaired, "stale": losses.stale,
+                "malformed": losses.malformed, "lost": losses.lost,
+            }),
+        ));
+    }
+}
+
+/// Records a frame with its pictures. What cannot be a picture leaves its frame without one.
+fn take_down(frame: &DepthFrame, recorder: &mut Recorder) {
+    let DepthFrame { host, number, device_s, grey, depth } = frame;
+    recorder.frame(CameraFrame { host: *host, number: *number, device_s: *device_s });
+    if let Some(picture) = Picture::of_grey(*host, [grey.width, grey.height], &grey.pixels) {
+        recorder.grey(picture);
+    }
+    if let Some(picture) = Picture::of_depth(*host, [depth.width, depth.height], &depth.values) {
+        recorder.depth(picture);
     }
 }

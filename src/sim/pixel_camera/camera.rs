@@ -21,6 +21,8 @@ pub struct PixelCameraSetup {
     pub dot_radius_m: f64,
     /// How much their edges waver: see [`Dot::raggedness`].
     pub dot_raggedness: f64,
+    /// Dots on small plates beside the phantom, facing up: their places in the phantom frame (m).
+    pub fiducials_m: Vec<[f64; 3]>,
     /// How finely the surface is cut.
     pub cut: SkinCut,
 }
@@ -29,14 +31,23 @@ pub struct PixelCameraSetup {
 pub struct PixelCamera {
     renderer: Renderer,
     rate_hz: f64,
-    /// Vertices of the skin when they were last looked at (m).
+    /// Vertices of the skin; those behind them belong to plates, which stand.
+    moving: usize,
+    /// All vertices when they were last looked at (m).
     positions: Vec<Vec3>,
 }
 
 impl PixelCameraSetup {
     /// Dots as on the bench's phantoms, everything else as usual.
     pub fn new(pixels: PixelSetup, rate_hz: f64) -> Self {
-        Self { pixels, rate_hz, dot_radius_m: 0.0013, dot_raggedness: 0.02, cut: SkinCut::default() }
+        Self {
+            pixels,
+            rate_hz,
+            dot_radius_m: 0.0013,
+            dot_raggedness: 0.02,
+            fiducials_m: Vec::new(),
+            cut: SkinCut::default(),
+        }
     }
 }
 
@@ -83,17 +94,23 @@ impl PixelCamera {
         let mut pixels = setup.pixels.clone();
         // What is seen is the past; the stamp says that it is now.
         pixels.shutter.late_s += world.camera_lag_s();
-        let rest: Vec<Vec3> = skin.points_m.iter().map(|&p| Vec3::from(p)).collect();
+        let mut rest: Vec<Vec3> = skin.points_m.iter().map(|&p| Vec3::from(p)).collect();
+        let mut triangles = skin.triangles.clone();
+        let moving = rest.len();
+        for place in &setup.fiducials_m {
+            plate(Vec3::from(*place), PLATE * setup.dot_radius_m, &mut rest, &mut triangles);
+        }
         let positions = rest.clone();
-        let surface = Surface::new(rest, skin.triangles.clone())?;
+        let surface = Surface::new(rest, triangles)?;
         let mut dots = Vec::new();
-        for (number, site) in (1..).zip(world.phantom.markers()) {
+        let sites = world.phantom.markers().into_iter().chain(setup.fiducials_m.iter().copied());
+        for (number, site) in (1..).zip(sites) {
             let place = surface.attach(&Vec3::from(site)).ok_or(PixelError::NoSkin)?;
             let (radius_m, raggedness) = (setup.dot_radius_m, setup.dot_raggedness);
             dots.push(Dot { number, place, radius_m, raggedness });
         }
         let renderer = Renderer::new(pixels, surface, &dots)?;
-        Ok(Self { renderer, rate_hz: setup.rate_hz, positions })
+        Ok(Self { renderer, rate_hz: setup.rate_hz, moving, positions })
     }
 
     /// Frames a second.
@@ -117,8 +134,8 @@ impl PixelCamera {
     /// [`PixelError::VertexCount`]: a glimpse of another skin.
     pub fn frame(&mut self, glimpse: &Glimpse, number: u32) -> Result<Frame, PixelError> {
         let rest = self.renderer.surface().rest();
-        if glimpse.moved_m.len() != rest.len() {
-            let (given, wanted) = (glimpse.moved_m.len(), rest.len());
+        if glimpse.moved_m.len() != self.moving {
+            let (given, wanted) = (glimpse.moved_m.len(), self.moving);
             return Err(PixelError::VertexCount { what: "displacements", given, wanted });
         }
         for (position, (rest, moved)) in self.positions.iter_mut().zip(rest.iter().zip(&glimpse.moved_m)) {
@@ -126,8 +143,12 @@ impl PixelCamera {
         }
         let solids = glimpse.tip.as_ref().map(solids);
         let solids = solids.as_ref().map_or(&[][..], |solids| &solids[..]);
+        let mut speeds = glimpse.speed_m_s.clone();
+        if let Some(speeds) = &mut speeds {
+            speeds.resize(rest.len(), Vec3::zeros());
+        }
         let scene = Scene {
-            velocities: glimpse.speed_m_s.as_deref(),
+            velocities: speeds.as_deref(),
             solids_velocity: glimpse.tip.map_or(Vec3::zeros(), |tip| tip.velocity_m_s),
             ..Scene::still(&self.positions, solids)
         };
@@ -151,6 +172,17 @@ impl PixelCamera {
             self.frame(&glimpse, number)
         })
     }
+}
+
+/// Half the edge of a fiducial's plate, over the radius of its dot: the depth around the dot is measured on it.
+const PLATE: f64 = 4.0;
+
+/// Adds a square plate that faces up.
+fn plate(centre: Vec3, half: f64, vertices: &mut Vec<Vec3>, triangles: &mut Vec<[u32; 3]>) {
+    let first = vertices.len() as u32;
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    vertices.extend(corners.map(|[x, y]| centre + Vec3::new(x * half, y * half, 0.0)));
+    triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
 }
 
 /// The tip as solids.
