@@ -50,6 +50,13 @@ pub enum NoDepth {
         /// Sectors of eight that agree.
         sectors: usize,
     },
+    /// The plane is seen far more from the side than the dot is: it leans from one surface to another.
+    Leaning {
+        /// Cosine of the angle between the plane's normal and the view.
+        facing: f64,
+        /// Shortest over longest diameter of the dot, which is that cosine for a round dot on the plane.
+        aspect: f64,
+    },
     /// Depths scatter too much about their plane.
     Rough {
         /// Robust standard deviation (m).
@@ -65,6 +72,8 @@ const LEAST_SECTORS: usize = 5;
 const MOST_MISSING: usize = 2;
 /// Share of a sector's pixels that must be there for its median to count, and agree for it to agree.
 const SECTOR_SHARE: f64 = 0.3;
+/// By so much a dot's aspect may exceed what it should be on the plane: paint is ragged.
+const LEAN: f64 = 0.3;
 /// Tukey's constant: 95 % efficiency for normal errors.
 const TUKEY: f64 = 4.685;
 const STEPS: usize = 3;
@@ -136,6 +145,10 @@ impl DepthReader {
             normal = -normal;
         }
         let normal = normal.try_normalize(1e-12).ok_or(NoDepth::Impossible)?;
+        let (facing, aspect) = (-normal.dot(&ray.normalize()), dot.aspect());
+        if facing < aspect - LEAN {
+            return Err(NoDepth::Leaning { facing, aspect });
+        }
         let depth_std_m = variance.sqrt() * depth_m * depth_m;
         Ok(SurfaceAtDot { depth_m, depth_std_m, normal, valid, agreeing, residual_m, plane: absolute })
     }

@@ -9,6 +9,8 @@ pub struct Dot {
     pub centre_px: [f64; 2],
     /// Covariance of the centre (px²).
     pub covariance_px2: Matrix2<f64>,
+    /// What light that changes across the dot may have done to its centre; none when no disc fitted.
+    pub light: Option<LightShift>,
     /// Maps the unit circle to the dot's rim, seen from its centre (px); symmetric.
     pub rim_px: Matrix2<f64>,
     /// Height above the background (grey levels).
@@ -27,6 +29,15 @@ pub struct Dot {
     pub merged: bool,
 }
 
+/// How far a centre would move if the brightness of its dot were allowed to change across it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightShift {
+    /// By so much (px).
+    pub shift_px: [f64; 2],
+    /// Covariance of that from the picture's noise (px²).
+    pub covariance_px2: Matrix2<f64>,
+}
+
 impl Dot {
     /// Radius of the circle of the same area (px).
     pub fn radius_px(&self) -> f64 {
@@ -37,6 +48,12 @@ impl Dot {
     pub fn longest_px(&self) -> f64 {
         let half = 0.5 * self.rim_px.trace();
         half + (half * half - self.rim_px.determinant()).max(0.0).sqrt()
+    }
+
+    /// Shortest over longest diameter.
+    pub fn aspect(&self) -> f64 {
+        let longest = self.longest_px();
+        if longest > 0.0 { self.rim_px.determinant().max(0.0) / (longest * longest) } else { 0.0 }
     }
 
     /// Whether its centre is that of a whole dot by itself.

@@ -12,6 +12,8 @@
 //! [`Tracker`] walks all of it; [`Finder`] alone finds dots in one picture. Pixels are counted from the centre of the upper left one, x to the
 //! right and y downwards; space is the camera frame, z forward, in metres.
 //!
+//! Light that changes on a dot, such as the edge of a shadow, would move its centre: what it does is measured and taken off (`light`).
+//!
 //! An identity is [`State::Certain`] or it is a gap. Nothing in between is ever reported, and nothing that could be explained otherwise is
 //! certain: see [`IdentitySettings`] for what is taken for granted about how far dots move.
 
@@ -23,6 +25,7 @@ mod error;
 mod find;
 mod identity;
 mod image;
+mod light;
 mod point;
 mod settings;
 mod tilt;
@@ -33,7 +36,7 @@ mod tests;
 
 pub use camera::Camera;
 pub use depth::{NoDepth, SurfaceAtDot};
-pub use dot::Dot;
+pub use dot::{Dot, LightShift};
 pub use error::TrackError;
 pub use find::{Finder, Found};
 pub use identity::Lost;

@@ -2,6 +2,7 @@
 
 use super::depth::DepthReader;
 use super::identity::Linker;
+use super::light::UsualLight;
 use super::point::locate;
 use super::{
     Camera, DepthView, Dot, DotInSpace, Finder, Found, GreyView, Lost, NoDepth, Settings, TrackError,
@@ -53,6 +54,7 @@ pub struct Tracker {
     finder: Finder,
     reader: DepthReader,
     linker: Linker,
+    light: UsualLight,
     last_s: Option<f64>,
     interval_s: Option<f64>,
 }
@@ -73,6 +75,7 @@ impl Tracker {
             finder: Finder::default(),
             reader: DepthReader::default(),
             linker,
+            light: UsualLight::new(reference.len()),
             last_s: None,
             interval_s: None,
         })
@@ -148,10 +151,11 @@ impl Tracker {
     ) -> Frame {
         let dots: Vec<State> = identity
             .iter()
-            .map(|known| match known {
+            .enumerate()
+            .map(|(i, known)| match known {
                 Err(lost) => State::Lost(*lost),
                 Ok(j) => {
-                    let dot = found.dots[*j];
+                    let dot = self.light.corrected(i, found.dots[*j]);
                     State::Certain { dot, place: self.place(&dot, &found.dots, depth) }
                 }
             })

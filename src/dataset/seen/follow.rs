@@ -173,6 +173,7 @@ impl FrameCounts {
                 NoDepth::Holes { .. } => "holes in the depth around it",
                 NoDepth::Jump { .. } => "a step in the depth around it",
                 NoDepth::OneSided { .. } => "depth on one side of it only",
+                NoDepth::Leaning { .. } => "depths that lean from one surface to another",
                 NoDepth::Rough { .. } => "rough depth around it",
                 NoDepth::Impossible => "a depth that cannot be",
             },

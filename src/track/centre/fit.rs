@@ -16,6 +16,9 @@ pub(super) struct Fitted {
     pub(super) disc: BlurredDisc,
     /// Covariance of the centre for noise of variance one (px²).
     pub(super) unit_covariance: Matrix2<f64>,
+    /// How far the centre would move if the light on the dot were allowed to change across it (px), and the covariance of that for noise
+    /// of variance one (px²).
+    pub(super) light: (Vector2<f64>, Matrix2<f64>),
     /// Mean square of the residuals (grey levels²), by degrees of freedom.
     pub(super) residual: f64,
     /// Share of the window's variance that the model explains.
@@ -145,7 +148,7 @@ pub(super) fn fit(samples: &[Sample], start: BlurredDisc) -> Option<Fitted> {
         if sound && taken > 0 && moved <= AT_REST * sums.squares / freedom {
             let near = (next.centre() - origin).norm() <= MOST_MOVE;
             return near
-                .then(|| conclude(samples, next, &damped(&normal, 0.0, held), sums.squares))
+                .then(|| conclude(samples, next, origin, &damped(&normal, 0.0, held), sums.squares))
                 .flatten();
         }
         let fresh = taken + 1 < NEWTON_STEPS || damping > 0.0 || taken % RENEWED == 0;
@@ -194,18 +197,65 @@ fn white_share(samples: &[Sample], disc: &BlurredDisc) -> f64 {
     if all > 0.0 { white / all } else { 0.0 }
 }
 
-fn conclude(samples: &[Sample], disc: BlurredDisc, normal: &Normal, squares: f64) -> Option<Fitted> {
+fn conclude(
+    samples: &[Sample],
+    disc: BlurredDisc,
+    origin: Vector2<f64>,
+    normal: &Normal,
+    squares: f64,
+) -> Option<Fitted> {
     let inverse = normal.cholesky()?.inverse();
     let count = samples.len() as f64;
     let mean = samples.iter().map(|s| s.value).sum::<f64>() / count;
     let total: f64 = samples.iter().map(|s| (s.value - mean).powi(2)).sum();
     Some(Fitted {
         disc,
+        light: light_shift(samples, &disc, origin, &inverse)?,
         unit_covariance: inverse.fixed_view::<2, 2>(0, 0).into_owned(),
         residual: squares / (count - PARAMETERS as f64),
         explained: if total > 0.0 { (1.0 - squares / total).max(0.0) } else { 0.0 },
         white: white_share(samples, &disc),
     })
+}
+
+/// One Gauss–Newton step to a disc whose brightness may change across it, h (1 + g·(p − c)): how far that takes the centre, and the
+/// covariance of it for noise of variance one. `inverse`: of the normal matrix without g.
+fn light_shift(
+    samples: &[Sample],
+    disc: &BlurredDisc,
+    origin: Vector2<f64>,
+    inverse: &Normal,
+) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+    let near = disc.near();
+    let mut cross = SMatrix::<f64, PARAMETERS, 2>::zeros();
+    let (mut own, mut right, mut rest) = (Matrix2::zeros(), Vector2::zeros(), Parameters::zeros());
+    for sample in samples {
+        let offset = sample.at - origin;
+        let arm = (sample.at - disc.centre()) * disc.height();
+        let (value, share, gradient) = match disc.see(sample.at, offset, near) {
+            Seen::Flat { value, inside } => {
+                let one = if inside { 1.0 } else { 0.0 };
+                (value, one, [0.0, 0.0, 0.0, 0.0, 0.0, one, 0.0, 1.0, offset.x, offset.y])
+            }
+            Seen::Edge { value, gradient } => (value, gradient[5], gradient),
+        };
+        if value >= WHITE {
+            continue;
+        }
+        let (slope, gradient) = (arm * share, Parameters::from(gradient));
+        let residual = sample.value - value;
+        rest += gradient * residual;
+        if share > 0.0 {
+            cross += gradient * slope.transpose();
+            own += slope * slope.transpose();
+            right += slope * residual;
+        }
+    }
+    let by_slope = inverse * cross;
+    let schur = (own - cross.transpose() * by_slope).try_inverse()?;
+    let slope = schur * (right - by_slope.transpose() * rest);
+    let moves = by_slope.fixed_view::<2, 2>(0, 0);
+    Some((-(moves * slope), moves * schur * moves.transpose()))
 }
 
 /// The Cramér–Rao bound of a centre for noise of variance one (px²): the model's own, at a given state.

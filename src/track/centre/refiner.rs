@@ -3,7 +3,7 @@
 use super::model::BlurredDisc;
 use super::window::{Sample, gather};
 use super::{fit, moment};
-use crate::track::GreyView;
+use crate::track::{GreyView, LightShift};
 use nalgebra::{Matrix2, Vector2};
 
 /// What is known of a dot before its centre is.
@@ -26,6 +26,7 @@ pub(in crate::track) struct Rough {
 pub(in crate::track) struct Fine {
     pub(in crate::track) centre: Vector2<f64>,
     pub(in crate::track) covariance: Matrix2<f64>,
+    pub(in crate::track) light: Option<LightShift>,
     /// Maps the unit circle to the rim, from the centre (px).
     pub(in crate::track) rim: Matrix2<f64>,
     pub(in crate::track) height: f64,
@@ -69,6 +70,10 @@ impl Refiner {
             return Some(Fine {
                 centre: disc.centre(),
                 covariance: fitted.unit_covariance * fitted.residual.max(noise * noise),
+                light: Some(LightShift {
+                    shift_px: fitted.light.0.into(),
+                    covariance_px2: fitted.light.1 * (noise * noise),
+                }),
                 rim: disc.to_circle().try_inverse()?,
                 height: disc.height(),
                 base: disc.base(),
@@ -83,6 +88,7 @@ impl Refiner {
         Some(Fine {
             centre,
             covariance: unit_covariance * (noise * noise),
+            light: None,
             rim: start.to_circle().try_inverse()?,
             height: start.height(),
             base: start.base(),

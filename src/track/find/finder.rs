@@ -73,6 +73,7 @@ impl Finder {
         let dot = Dot {
             centre_px: fine.centre.into(),
             covariance_px2: fine.covariance,
+            light: fine.light,
             rim_px: fine.rim,
             contrast: fine.height,
             background: fine.base,

@@ -15,6 +15,7 @@ fn dot(at: Point, radius: f64) -> Dot {
     Dot {
         centre_px: at.into(),
         covariance_px2: Matrix2::identity() * 1e-4,
+        light: None,
         rim_px: Matrix2::identity() * radius,
         contrast: 150.0,
         background: 30.0,

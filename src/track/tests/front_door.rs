@@ -176,13 +176,16 @@ fn depth_that_does_not_support_a_dot_is_a_gap() {
     let (pixels, mut values) = (plate.grey(2.0, &mut random), plate.depth(1e-4, &mut random));
     let reference = Tracker::reference_dots(&grey(&pixels), &settings()).expect("settings");
     let mut tracker = Tracker::new(CAMERA, settings(), &reference).expect("a tracker");
-    let [step, hole] = [40, 60].map(|i: usize| reference[i].centre_px);
+    let [step, hole, leaning] = [40, 60, 100].map(|i: usize| reference[i].centre_px);
     for y in 0..1024 {
         for x in 0..1280 {
             let from = |p: [f64; 2]| (x as f64 - p[0]).hypot(y as f64 - p[1]);
             let value = &mut values[y * 1280 + x];
             if from(step) < 30.0 && x as f64 > step[0] + 1.0 {
                 *value += 200;
+            }
+            if from(leaning) < 30.0 {
+                *value = (f64::from(*value) + 20.0 * (x as f64 - leaning[0])) as u16;
             }
             if from(hole) < 30.0 && random.uniform() < 0.8 {
                 *value = 0;
@@ -200,6 +203,8 @@ fn depth_that_does_not_support_a_dot_is_a_gap() {
         place(40)
     );
     assert!(matches!(place(60), Err(NoDepth::Holes { valid }) if valid < 0.3), "{:?}", place(60));
+    // A round dot on a plane that is seen from the side.
+    assert!(matches!(place(100), Err(NoDepth::Leaning { facing, .. }) if facing < 0.5), "{:?}", place(100));
     assert!(place(80).is_ok());
     let nothing = vec![0; 1280 * 1024];
     let frame = tracker.step(&grey(&pixels), Some(&depth(&nothing)), 1.0).expect("a frame");
