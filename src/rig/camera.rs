@@ -8,7 +8,7 @@ use crate::geometry::Vec3;
 use crate::sim::pixels::{Camera, DepthSetup, Lamp, Lens, PixelSetup};
 use crate::sim::{PixelCameraSetup, SkinCut};
 use serde::Deserialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// `[simulation.camera]`
 #[derive(Debug, Clone, Deserialize)]
@@ -26,6 +26,8 @@ pub(super) struct CameraKeys {
     eye_mm: [f64; 3],
     target_mm: [f64; 3],
     up: [f64; 3],
+    // Where the truth is written.
+    truth: Option<String>,
     // What is painted on the phantom, and how finely its surface is cut.
     dot_radius_mm: f64,
     #[serde(default)]
@@ -113,6 +115,11 @@ impl CameraKeys {
         scaled(cell_m, self.surface_mm, MM);
         scaled(rim_cell_m, self.surface_at_tips_mm, MM);
         Ok(setup)
+    }
+
+    /// The file that takes down where the dots truly are, if one is to.
+    pub(super) fn truth(&self, rig: &RigFile) -> Option<PathBuf> {
+        self.truth.as_ref().map(|name| rig.file.parent().unwrap_or(Path::new("")).join(name))
     }
 
     fn camera(&self, file: &Path) -> Result<Camera, RigError> {

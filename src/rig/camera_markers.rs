@@ -66,8 +66,15 @@ impl MarkerSource for CameraMarkers {
             self.running = true;
         }
         let Some(frame) = self.camera.frame(until)? else { return Ok(None) };
-        // A picture with too few dots, or none, is one without markers: it is recorded all the same.
-        let markers = self.followed(&frame).unwrap_or_default();
+        let markers = match self.followed(&frame) {
+            // A picture with too few dots is one without markers: it is recorded all the same.
+            Err(TrackError::TooFewDots { .. }) => Vec::new(),
+            followed => followed.map_err(|error| DeviceError::Nonsense {
+                device: format!("camera {}", self.camera.identity().source),
+                said: error.to_string(),
+                expected: "pictures in which dots can be followed",
+            })?,
+        };
         let seen = MarkerFrame { host: frame.host, number: frame.number, markers };
         self.pictures = Some(frame);
         Ok(Some(seen))

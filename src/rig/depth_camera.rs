@@ -1,7 +1,7 @@
 //! What a rig file says of its depth camera: where pictures come from, what they are worth, where the camera stands.
 
 use super::{RigError, RigFile};
-use crate::calib::RegistrationFile;
+use crate::calib::{Registration, RegistrationFile};
 use crate::driver::{ImageFiles, Pace, V4l2Stream, VideoOptions, VideoSource};
 use crate::session::{HashedText, LensDocument};
 use serde::Deserialize;
@@ -65,7 +65,7 @@ impl DepthCameraKeys {
         self.source == SourceWord::Simulated
     }
 
-    /// What the driver is to open; none for a simulated camera, whose pipes are made when it is started.
+    /// What the driver is to open; none for a simulated camera, whose pipe is made when it is started.
     pub(super) fn video(&self, rig: &RigFile) -> Result<Option<VideoOptions>, RigError> {
         let need = |key: &'static str, value: &Option<String>| {
             value.clone().ok_or_else(|| RigError::Value {
@@ -152,14 +152,15 @@ impl DepthCameraKeys {
         })
     }
 
-    /// The registration that the file names, checked.
-    pub(super) fn registration(&self, rig: &RigFile) -> Result<Option<HashedText>, RigError> {
+    /// The registration that the file names: its text and what it says.
+    pub(super) fn registration(&self, rig: &RigFile) -> Result<Option<(HashedText, Registration)>, RigError> {
         let Some(name) = &self.registration else { return Ok(None) };
         let file = rig.file.parent().unwrap_or(Path::new("")).join(name);
         let text =
             std::fs::read_to_string(&file).map_err(|source| RigError::Read { file: file.clone(), source })?;
-        RegistrationFile::parse(&text).map_err(|source| RigError::Registration { file, source })?;
-        Ok(Some(HashedText::new(text)))
+        let parsed =
+            RegistrationFile::parse(&text).map_err(|source| RigError::Registration { file, source })?;
+        Ok(Some((HashedText::new(text), parsed.registration())))
     }
 }
 

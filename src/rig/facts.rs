@@ -171,8 +171,14 @@ impl RigFile {
             lens: keys.lens(self)?,
             fiducials_m: keys.fiducials_mm.iter().map(|p| p.map(|x| x * MM)).collect(),
             fiducial_sd_m: keys.fiducial_sd_mm * MM,
-            registration: keys.registration(self)?,
+            registration: keys.registration(self)?.map(|(text, _)| text),
         }))
+    }
+
+    /// Pixels of a picture and frames a second of the depth camera; none where there is none.
+    pub fn pictures(&self) -> Option<(usize, f64)> {
+        let keys = self.keys.camera.as_ref()?;
+        Some((keys.size_px[0] * keys.size_px[1], keys.rate_hz))
     }
 
     /// The mesh file; none for that of the simulated phantom.

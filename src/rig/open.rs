@@ -5,7 +5,6 @@ use super::depth_camera::DepthCameraKeys;
 use super::file::ControllerWord;
 use super::simulation::SimulationKeys;
 use super::{RigError, RigFile, SIMULATED};
-use crate::calib::RegistrationFile;
 use crate::clock::HostTime;
 use crate::device::{ForceSensor, MarkerSource, Stage};
 use crate::driver::{
@@ -16,7 +15,10 @@ use crate::observation::PlannedPoke;
 use crate::sim::bytes::{
     GrblDialect, GrblEmulator, GrblSetup, NativeStageEmulator, NativeStageSetup, NetFtEmulator, NetFtSetup,
 };
-use crate::sim::{FramePipes, LiveBench, LiveCamera, PixelCamera, PixelCameraSetup, SimError, World};
+use crate::sim::pixels::Frame;
+use crate::sim::{
+    FramePipe, LiveBench, LiveCamera, PixelCamera, PixelCameraSetup, SimError, TruthTable, World,
+};
 use crate::track::Camera;
 use std::net::Ipv4Addr;
 use std::sync::{Arc, OnceLock};
@@ -68,7 +70,7 @@ struct Simulated {
     _native: Option<NativeStageEmulator>,
     _grbl: Option<GrblEmulator>,
     _net_ft: Option<NetFtEmulator>,
-    camera: Option<(LiveCamera, TempDir)>,
+    _camera: Option<(LiveCamera, TempDir)>,
 }
 
 impl Simulated {
@@ -78,11 +80,6 @@ impl Simulated {
 }
 
 impl Devices {
-    /// Frames that the simulated camera could not make in time, where there is one.
-    pub fn simulated_camera_dropped(&self) -> Option<u64> {
-        self.simulated.camera.as_ref().map(|(camera, _)| camera.dropped())
-    }
-
     /// Why the simulated bench could not go on, if so.
     pub fn simulation_failure(&self) -> Option<&SimError> {
         self.simulated.failure.get()
@@ -257,11 +254,15 @@ impl RigFile {
                 let eye = eye.ok_or(RigError::NoBench { device: "camera" })?;
                 let place =
                     tempfile::tempdir().map_err(|source| RigError::NoPort { device: "camera", source })?;
-                let [grey, depth] = ["grey", "depth"].map(|name| place.path().join(name));
-                let pipes = FramePipes::create(&grey, &depth, keys.size_px)?;
+                let path = place.path().join("camera");
+                let pipe = FramePipe::create(&path, keys.size_px)?;
                 let camera = PixelCamera::above(eye, &bench)?;
-                simulated.camera = Some((LiveCamera::start(camera, bench, pipes, |_| {}), place));
-                keys.options(VideoSource::pipes(&grey, &depth, keys.size_px, keys.rate_hz))
+                let truth =
+                    self.keys.simulation.as_ref().and_then(|s| s.camera()).and_then(|c| c.truth(self));
+                let mut truth = truth.map(|path| TruthTable::create(path, bench.clone())).transpose()?;
+                let add = move |frame: &Frame| truth.as_mut().map_or(Ok(()), |table| table.add(frame));
+                simulated._camera = Some((LiveCamera::start(camera, bench, pipe, add), place));
+                keys.options(VideoSource::stacked_pipe(&path, keys.size_px, keys.rate_hz))
             }
         };
         let lens = keys.lens(self)?.map(|lens| Camera {
@@ -271,9 +272,8 @@ impl RigFile {
             radial: lens.radial,
             tangential: lens.tangential,
         });
-        let registration = keys.registration(self)?;
-        let registration = registration.and_then(|text| RegistrationFile::parse(&text.text).ok());
-        let eye = lens.zip(registration.map(|file| file.registration()));
+        let registration = keys.registration(self)?.map(|(_, registration)| registration);
+        let eye = lens.zip(registration);
         Ok(Box::new(CameraMarkers::new(open_video(&options)?, eye)))
     }
 

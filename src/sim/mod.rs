@@ -66,7 +66,7 @@ pub use draw::{Draw, Instruments, Kinematics, PokePlan, Wander};
 pub use error::SimError;
 pub use hex_mesh::Slab;
 pub use live_bench::{LiveBench, SimulatedMarkers};
-pub use pixel_camera::{FramePipes, FrameSink, LiveCamera, PixelCamera, PixelCameraSetup};
+pub use pixel_camera::{FramePipe, FrameSink, LiveCamera, PixelCamera, PixelCameraSetup, TruthTable};
 pub use random::draw;
 pub use record::record;
 pub use resolution::{RemainderResolution, Resolution};

@@ -2,7 +2,7 @@
 
 use super::super::world::{Effect, Glimpse, Hold, Phantom, PhantomPlan, Press, Rig, Site, World};
 use super::super::{Instruments, LiveBench, Slab};
-use super::pipes::FramePipes;
+use super::frame_pipe::FramePipe;
 use super::*;
 use crate::device::{Mounting, SensorMounting};
 use crate::geometry::{Mat3, Vec3};
@@ -10,10 +10,9 @@ use crate::observation::Noise;
 use crate::sim::pixels::{Camera, Channels, Depth, Frame, FrameFolder, Grey, Lens, PixelError, PixelSetup};
 use std::fs::File;
 use std::io::Read;
-use std::path::PathBuf;
+use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
-use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, OnceLock};
+use std::sync::mpsc::channel;
 
 const SIZE: [usize; 2] = [320, 240];
 
@@ -142,72 +141,48 @@ fn a_world_without_skin_or_with_another_camera_is_refused() -> Result<(), Box<dy
     Ok(())
 }
 
-/// Reads whole pictures of `size` bytes from a pipe, `count` or as many as come.
-fn reader(path: PathBuf, size: usize, count: usize) -> Receiver<Vec<u8>> {
-    let (sender, receiver) = channel();
-    std::thread::spawn(move || {
-        let mut pipe = File::open(path).expect("a pipe");
-        for _ in 0..count {
-            let mut bytes = vec![0; size];
-            if pipe.read_exact(&mut bytes).is_err() || sender.send(bytes).is_err() {
-                break;
-            }
-        }
-    });
-    receiver
-}
-
-/// What comes out of the pipes is what was taken, pair by pair, whichever reader comes first.
+/// What comes out of the pipe is what was taken, for whoever reads first and for the next.
 #[test]
-fn a_live_camera_fills_two_pipes_in_step() -> Result<(), Box<dyn std::error::Error>> {
+fn a_live_camera_fills_a_pipe() -> Result<(), Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
-    let [grey, depth] = ["grey", "depth"].map(|name| folder.path().join(name));
+    let path = folder.path().join("camera");
     let bench = bench();
     // As the sensor's thread would do: the bench goes on because somebody feels it.
     bench.wrench(0.05)?;
     let setup = PixelCameraSetup { rate_hz: 200.0, ..setup() };
     let pixels = SIZE[0] * SIZE[1];
-    for grey_first in [true, false] {
-        let camera = PixelCamera::above(&setup, &bench)?;
-        let (told, truth) = channel();
-        let pipes = FramePipes::create(&grey, &depth, SIZE)?;
-        let live = LiveCamera::start(camera, bench.clone(), pipes, move |frame| {
-            // Whoever listens has heard enough when it is gone.
-            let _ = told.send(frame.clone());
-        });
-        // One reader waits long before the other, and by itself gets its part of the first pair.
-        let readers = [(grey.clone(), pixels), (depth.clone(), 2 * pixels)];
-        let started = |i: usize| reader(readers[i].0.clone(), readers[i].1, 3);
-        let (first, second) = if grey_first { (0, 1) } else { (1, 0) };
-        let early = started(first);
-        let part = early.recv()?;
-        assert_eq!(live.delivered(), 0);
-        let late: Vec<Vec<u8>> = started(second).iter().collect();
-        let early: Vec<Vec<u8>> = std::iter::once(part).chain(early.iter()).collect();
-        let (greys, depths) = if grey_first { (early, late) } else { (late, early) };
-        assert_eq!((greys.len(), depths.len()), (3, 3));
-        for (grey, depth) in greys.iter().zip(&depths) {
-            let frame = truth.recv()?;
-            assert!(frame.grey.levels == *grey, "frame {}", frame.number);
-            let counts: Vec<u16> = depth.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect();
-            assert!(frame.depth.is_some_and(|d| d.counts == counts), "frame {}", frame.number);
-            let lowest = frame.dots.iter().map(|d| d.position_m.z).fold(1.0, f64::min);
-            assert!(lowest < 0.0199, "the tip is in: {lowest} m");
-        }
-        assert!(live.failure().is_none() && live.delivered() >= 3);
-        drop(live);
-        assert!(!grey.exists() && !depth.exists());
+    let camera = PixelCamera::above(&setup, &bench)?;
+    let (told, truth) = channel();
+    let live = LiveCamera::start(camera, bench, FramePipe::create(&path, SIZE)?, move |frame| {
+        // Whoever listens has heard enough when it is gone.
+        let _ = told.send(frame.clone());
+        Ok(())
+    });
+    let mut pipe = File::open(&path)?;
+    for _ in 0..3 {
+        let (mut grey, mut depth) = (vec![0; pixels], vec![0; 2 * pixels]);
+        pipe.read_exact(&mut grey)?;
+        pipe.read_exact(&mut depth)?;
+        let frame = truth.recv()?;
+        assert!(frame.grey.levels == grey, "frame {}", frame.number);
+        let counts: Vec<u16> = depth.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect();
+        assert!(frame.depth.is_some_and(|d| d.counts == counts), "frame {}", frame.number);
+        let lowest = frame.dots.iter().map(|d| d.position_m.z).fold(1.0, f64::min);
+        assert!(lowest < 0.0199, "the tip is in: {lowest} m");
     }
+    assert!(live.failure().is_none() && live.delivered() >= 3);
+    drop(live);
+    assert!(!path.exists());
     Ok(())
 }
 
-/// Where one reader goes, both streams end; the next readers begin with whole pictures of one pair.
+/// Where the reader goes, the stream ends; the next begins with a whole frame.
 #[test]
-fn who_leaves_ends_both_streams() -> Result<(), Box<dyn std::error::Error>> {
+fn the_next_reader_begins_with_a_whole_frame() -> Result<(), Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
-    let paths = ["grey", "depth"].map(|name| folder.path().join(name));
+    let path = folder.path().join("camera");
     let never = AtomicBool::new(false);
-    let mut pipes = FramePipes::create(&paths[0], &paths[1], [8, 4])?;
+    let mut pipe = FramePipe::create(&path, [8, 4])?;
     let frame = |level: u8| Frame {
         number: u32::from(level),
         time_s: 0.0,
@@ -216,28 +191,22 @@ fn who_leaves_ends_both_streams() -> Result<(), Box<dyn std::error::Error>> {
         depth: Some(Depth { width: 8, height: 4, unit_m: 1e-4, counts: vec![u16::from(level) << 8; 32] }),
         dots: Vec::new(),
     };
-    assert!(!pipes.wanted()?);
-    let open = |path: &PathBuf| {
+    assert!(!pipe.wanted()?);
+    let open = || {
         let flags = rustix::fs::OFlags::RDONLY | rustix::fs::OFlags::NONBLOCK;
-        rustix::fs::open(path, flags, rustix::fs::Mode::empty()).map(File::from)
+        rustix::fs::open(&path, flags, rustix::fs::Mode::empty()).map(File::from)
     };
-    let [mut grey, depth] = [open(&paths[0])?, open(&paths[1])?];
-    assert!(pipes.wanted()? && pipes.deliver(&frame(1), &never)?);
-    grey.read_exact(&mut [0; 20])?;
-    drop(grey);
-    assert!(!pipes.wanted()?);
-    // The other gets what was on its way, then the end.
-    let mut rest = Vec::new();
-    { depth }.read_to_end(&mut rest)?;
-    assert_eq!(rest, [0, 1].repeat(32));
-    assert!(!pipes.wanted()?);
-    let mut next = [open(&paths[0])?, open(&paths[1])?];
-    assert!(pipes.wanted()? && pipes.deliver(&frame(2), &never)?);
-    let (mut grey, mut depth) = ([0; 32], [0; 64]);
-    next[0].read_exact(&mut grey)?;
-    next[1].read_exact(&mut depth)?;
-    assert!(grey == [2; 32] && depth[..4] == [0, 2, 0, 2]);
-    assert!(FramePipes::create(folder.path(), &paths[1], [8, 4]).is_err());
+    let mut first = open()?;
+    assert!(pipe.wanted()? && pipe.deliver(&frame(1), &never)?);
+    first.read_exact(&mut [0; 20])?;
+    drop(first);
+    assert!(!pipe.wanted()?);
+    let mut next = open()?;
+    assert!(pipe.wanted()? && pipe.deliver(&frame(2), &never)?);
+    let mut whole = [0; 96];
+    next.read_exact(&mut whole)?;
+    assert!(whole[..32] == [2; 32] && whole[32..36] == [0, 2, 0, 2]);
+    assert!(FramePipe::create(folder.path(), [8, 4]).is_err());
     Ok(())
 }
 
@@ -245,29 +214,22 @@ fn who_leaves_ends_both_streams() -> Result<(), Box<dyn std::error::Error>> {
 #[test]
 fn what_nobody_reads_is_dropped_and_counted() -> Result<(), Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
-    let [grey, depth] = ["grey", "depth"].map(|name| folder.path().join(name));
+    let path = folder.path().join("camera");
     let bench = bench();
-    let mut setup = setup();
-    setup.rate_hz = 100.0;
+    let setup = PixelCameraSetup { rate_hz: 100.0, ..setup() };
     let camera = PixelCamera::above(&setup, &bench)?;
-    let told = Arc::new(std::sync::Mutex::new(0));
-    let count = Arc::clone(&told);
-    let live = LiveCamera::start(camera, bench, FramePipes::create(&grey, &depth, SIZE)?, move |_| {
-        *count.lock().expect("a count") += 1;
-    });
+    let live = LiveCamera::start(camera, bench, FramePipe::create(&path, SIZE)?, |_| Ok(()));
     // Nobody looks: nothing is taken, nothing is lost.
     assert_eq!((live.delivered(), live.dropped()), (0, 0));
-    let mut pipes = [File::open(&grey)?, File::open(&depth)?];
-    let pixels = SIZE[0] * SIZE[1];
-    // Fewer than two frames fit into the pipes; the next is stuck in the writer until the first is read.
+    let mut pipe = File::open(&path)?;
+    // Fewer than two frames fit into the pipe; the next is stuck in the writer until the first is read.
     while live.delivered() == 0 {
         std::thread::yield_now();
     }
     std::thread::sleep(std::time::Duration::from_millis(300));
     assert!(live.delivered() <= 2, "{}", live.delivered());
     for _ in 0..live.delivered() + 2 {
-        pipes[0].read_exact(&mut vec![0; pixels])?;
-        pipes[1].read_exact(&mut vec![0; 2 * pixels])?;
+        pipe.read_exact(&mut vec![0; 3 * SIZE[0] * SIZE[1]])?;
     }
     while live.dropped() == 0 {
         std::thread::yield_now();

@@ -157,6 +157,20 @@ fn two_pipes(folder: &Path) -> ([Writer; 2], Box<dyn DepthCamera>) {
     (writers, camera)
 }
 
+/// Both pictures of a frame.
+fn both(number: usize) -> Vec<u8> {
+    [grey(number), depth(number)].concat()
+}
+
+/// One pipe for both, with a first frame on its way.
+fn stacked(folder: &Path) -> (VideoSource, Writer) {
+    let path = pipe(folder, "both");
+    let source = VideoSource::stacked_pipe(&path, SIZE, RATE_HZ);
+    let writer = Writer::new(path);
+    writer.tell(both(0));
+    (source, writer)
+}
+
 fn died(camera: &mut dyn DepthCamera) -> (DeviceError, Duration) {
     let stopped = Instant::now();
     let error = camera.frame(until(20.0)).expect_err("nobody writes any more");
@@ -199,11 +213,7 @@ fn a_camera_that_falls_silent_is_noticed() {
 fn all_frames_of_a_stacked_pipe_arrive() {
     steady(|| {
         let folder = tempfile::tempdir().expect("a folder");
-        let path = pipe(folder.path(), "both");
-        let source = VideoSource::stacked_pipe(&path, SIZE, RATE_HZ);
-        let writer = Writer::new(path);
-        let both = |number: usize| [grey(number), depth(number)].concat();
-        writer.tell(both(0));
+        let (source, writer) = stacked(folder.path());
         let mut camera = started(source);
         writer.written.recv().expect("written");
         let written = write_frames(|number| {
@@ -227,11 +237,7 @@ fn all_frames_of_a_stacked_pipe_arrive() {
 fn pictures_from_before_the_start_are_stale() {
     steady(|| {
         let folder = tempfile::tempdir().expect("a folder");
-        let path = pipe(folder.path(), "both");
-        let source = VideoSource::stacked_pipe(&path, SIZE, RATE_HZ);
-        let writer = Writer::new(path);
-        let both = |number: usize| [grey(number), depth(number)].concat();
-        writer.tell(both(0));
+        let (source, writer) = stacked(folder.path());
         let mut camera = open_video(&VideoOptions::new(source, SIZE, RATE_HZ)).expect("open");
         let interval = Duration::from_secs_f64(1.0 / RATE_HZ);
         for number in 1..20 {
@@ -253,10 +259,7 @@ fn pictures_from_before_the_start_are_stale() {
 #[test]
 fn pipes_of_the_wrong_size_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = pipe(folder.path(), "both");
-    let source = VideoSource::stacked_pipe(&path, SIZE, RATE_HZ);
-    let writer = Writer::new(path);
-    writer.tell([grey(0), depth(0)].concat());
+    let (source, writer) = stacked(folder.path());
     let options = VideoOptions::new(source, [SIZE[0], SIZE[1] - 1], RATE_HZ);
     let error = open_video(&options).err().expect("refused").to_string();
     assert!(error.contains("gives 8 bits in 1 channel, 640 × 1440; expected"), "{error}");
