@@ -42,7 +42,7 @@ mod scribe;
 mod space;
 mod tally;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod topic;
 mod wall;
 mod writer;

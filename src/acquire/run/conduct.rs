@@ -1,6 +1,7 @@
 //! A whole run: zero, homing, the steps of the plan, and what is done when it has to stop.
 
 use super::event::{clock_probe, event, leg as leg_begins, step as step_begins};
+use super::frames::fetch;
 use super::pilot::{Halted, Pilot, Shared, UntilForce};
 use super::zero::{Zero, zero};
 use crate::acquire::AcquireError;
@@ -12,11 +13,9 @@ use crate::acquire::plan::{Bench, CheckedPlan, Leg, Phase, Plan, PlanStep};
 use crate::acquire::protocol::{Action, Profile, Target};
 use crate::acquire::status::{Doing, Watched};
 use crate::clock::HostTime;
-use crate::device::{
-    AXES, DepthFrame, DeviceError, ForceSensor, Losses, MarkerSource, Motion, Stage, StageReport,
-};
+use crate::device::{AXES, DeviceError, ForceSensor, Losses, MarkerSource, Motion, Stage, StageReport};
 use crate::geometry::Vec3;
-use crate::session::{CameraFrame, Picture, Recorder, SessionWriter};
+use crate::session::{Recorder, SessionWriter};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -32,8 +31,6 @@ const ZEROS: usize = 3;
 const AGREED_M: f64 = 5e-5;
 /// A stage that stands says so within this time.
 const READY: Duration = Duration::from_secs(2);
-/// How long a frame is waited for at a time.
-const FRAME: Duration = Duration::from_millis(100);
 
 /// The devices.
 pub struct Instruments<'a> {
@@ -121,13 +118,21 @@ pub fn conduct(
     std::thread::scope(|scope| {
         let _stop = StopOnPanic(conduct.latch);
         // Also when this thread panics: nobody else ends those that it has started.
-        let _over = Over(&over);
-        if let Some(source) = markers {
+        let is_over = Over(&over);
+        let frames = markers.map(|source| {
             let recorder = writer.recorder();
             let (latch, watched, over) = (conduct.latch, conduct.watched, &over);
-            scope.spawn(move || fetch(source, recorder, latch, watched, over));
+            scope.spawn(move || fetch(source, recorder, latch, watched, over))
+        });
+        let mut ran = led(stage, force, conduct, writer, &mut recorder);
+        drop(is_over);
+        let failed = frames.and_then(|thread| thread.join().ok()?.err());
+        if let (Ok(ran), Some(error)) = (&mut ran, failed) {
+            recorder.event(event("camera-lost", None, json!({"why": error.to_string()})));
+            if ran.stopped.is_some_and(|s| s.tripped.cause == Cause::CameraLost) {
+                ran.failure.get_or_insert(error);
+            }
         }
-        let ran = led(stage, force, conduct, writer, &mut recorder);
         for (device, counts) in [("stage", stage.line_counts()), ("force", force.line_counts())] {
             if !counts.is_empty() {
                 let counts: BTreeMap<_, _> = counts.into_iter().collect();
@@ -472,54 +477,4 @@ fn way_out(bench: &Bench, report: StageReport, along: Option<[f64; AXES]>) -> Op
     let way_m = std::array::from_fn(|a| target_m[a] - report.position_m[a]);
     let speed_m_s = bench.allowed_m_s(way_m, bench.approach_speed_m_s);
     Some(Motion { target_m, speed_m_s, acceleration_m_s2: bench.acceleration_m_s2 })
-}
-
-/// Fetches frames until it is over.
-fn fetch(
-    source: &mut dyn MarkerSource,
-    mut recorder: Recorder,
-    latch: &Latch,
-    watched: &Watched,
-    over: &AtomicBool,
-) {
-    let _stop = StopOnPanic(latch);
-    while !over.load(Ordering::Acquire) {
-        match source.frame(HostTime::now() + FRAME) {
-            Ok(Some(frame)) => {
-                recorder.markers(frame);
-                if let Some(pictures) = source.pictures() {
-                    take_down(&pictures, &mut recorder);
-                    source.recycle(pictures);
-                }
-                watched.tell(|status| status.frames += 1);
-            }
-            Ok(None) => {}
-            Err(_) => {
-                latch.trip(Cause::CameraLost, HostTime::now());
-                break;
-            }
-        }
-    }
-    if let Some(losses) = source.losses() {
-        recorder.event(event(
-            "camera",
-            None,
-            json!({
-                "received": losses.received, "dropped": losses.dropped, "unpaired": losses.unpaired, "stale": losses.stale,
-                "malformed": losses.malformed, "lost": losses.lost,
-            }),
-        ));
-    }
-}
-
-/// Records a frame with its pictures. What cannot be a picture leaves its frame without one.
-fn take_down(frame: &DepthFrame, recorder: &mut Recorder) {
-    let DepthFrame { host, number, device_s, grey, depth } = frame;
-    recorder.frame(CameraFrame { host: *host, number: *number, device_s: *device_s });
-    if let Some(picture) = Picture::of_grey(*host, [grey.width, grey.height], &grey.pixels) {
-        recorder.grey(picture);
-    }
-    if let Some(picture) = Picture::of_depth(*host, [depth.width, depth.height], &depth.values) {
-        recorder.depth(picture);
-    }
 }

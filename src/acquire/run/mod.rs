@@ -9,6 +9,7 @@
 
 mod conduct;
 mod event;
+mod frames;
 mod pilot;
 mod zero;
 

@@ -7,10 +7,10 @@ use crate::dataset::DatasetError;
 use crate::device::Losses;
 use crate::geometry::{Mat3, Vec3};
 use crate::mesh::{Block, TetMesh, block, boundary_triangles};
-use crate::session::{CameraFrame, Outcome, Picture, Recorder, Session, SessionWriter, StartDocument};
+use crate::session::tests::fixtures::start;
+use crate::session::{CameraFrame, Outcome, Picture, Recorder, Session, SessionWriter};
 use crate::track::{Camera, Settings, TrackError};
 use nalgebra::Matrix6;
-use serde_json::json;
 use std::path::Path;
 
 const SIZE: [usize; 2] = [320, 240];
@@ -82,21 +82,6 @@ fn grey(dots: &[Vec3], number: u64) -> Vec<u8> {
 
 fn at(number: u64) -> HostTime {
     HostTime::from_nanos(5_000_000_000 + number * 33_333_333)
-}
-
-fn start() -> StartDocument {
-    serde_json::from_value(json!({
-        "format": "", "name": "dots", "segment": 0, "first_poke": 1, "started_utc": "2026-01-01T00:00:00Z",
-        "started_host_ns": 5_000_000_000_u64, "program": "test", "seeds": {},
-        "rig": {"text": "", "sha256": ""}, "protocol": {"text": "", "sha256": ""},
-        "stage": null, "force": null, "markers": null, "mounting": null,
-        "tip": {"contact": "bonded", "shape": "pad", "radius_m": 0.008, "sphere_radius_m": null},
-        "phantom": {
-            "description": "slab", "mesh": null, "mesh_sha256": null, "poisson_ratio": 0.47, "density_kg_m3": 1000.0,
-            "modulus_range_pa": [5e3, 2e4]
-        },
-    }))
-    .expect("a start document")
 }
 
 fn record(folder: &Path, frames: impl FnOnce(&mut Recorder)) -> Session {

@@ -88,7 +88,8 @@ pub(super) fn probe(second: u64) -> ClockProbe {
     }
 }
 
-pub(super) fn start() -> StartDocument {
+/// What a session of the bench begins with.
+pub(crate) fn start() -> StartDocument {
     StartDocument {
         format: String::new(),
         name: "soft block, first try".to_owned(),

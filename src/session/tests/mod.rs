@@ -2,7 +2,7 @@
 
 mod damage;
 mod disk;
-mod fixtures;
+pub(crate) mod fixtures;
 mod kill;
 mod pictures;
 mod replay;
