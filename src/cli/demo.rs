@@ -1,7 +1,7 @@
 //! `demo`: the main job from end to end on a simulated bench that conceals something: run, export, fit, diagnose, and the answer.
 
 use super::conceal::seal_answer;
-use super::look::seen;
+use super::look::{late, seen};
 use super::planned::PlannedArguments;
 use super::proof::{Manifest, ProofFolder, Seal, bundle_sum, digest, draw_name, hex, read_sums, replace};
 use super::recorded_run::{How, MESH, record, told};
@@ -146,6 +146,9 @@ fn export(
 ) -> anyhow::Result<(PathBuf, HostTime)> {
     let (recorded, mesh) = (Session::open(session)?, read_mesh(&session.join(MESH))?);
     let from = read_seen_sessions(&seen(&[recorded], &mesh, context)?, mesh)?;
+    for lag in from.camera_lags.iter().flatten() {
+        tell(&format!("Note: {}.", late(lag)));
+    }
     for remark in &from.remarks {
         tell(&format!("Note: {remark}."));
     }

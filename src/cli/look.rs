@@ -1,7 +1,7 @@
 //! The pictures of a session → its markers, for every command that needs them.
 
 use super::Context;
-use crate::calib::{Registration, RegistrationFile};
+use crate::calib::{Lag, Registration, RegistrationFile};
 use crate::dataset::{Attached, Eye, Followed, RestingDot, attach_dots, dots_at_rest, first_rest, follow};
 use crate::geometry::Vec3;
 use crate::mesh::TetMesh;
@@ -93,4 +93,10 @@ fn markers(session: &Session, mesh: &TetMesh, context: &Context) -> anyhow::Resu
     let looked = look(session, Settings::default(), context)?;
     let known = fiducials(camera);
     Ok(looked.map(|l| attach_dots(&l.followed, &l.resting, &registration, mesh, &known, ON_SURFACE_M)))
+}
+
+/// What is said of pictures that come late.
+pub(super) fn late(lag: &Lag) -> String {
+    let (ms, sd_ms) = (1e3 * lag.lag_s, 1e3 * lag.sd_s);
+    format!("pictures come {ms:.1} ± {sd_ms:.1} ms after what they show; that is taken off")
 }

@@ -225,12 +225,19 @@ fn streams(rig: &RigFile) -> Vec<Stream> {
     };
     let none = Rates::default();
     let force_hz = rig.force_rate_hz();
-    vec![
+    let mut streams = vec![
         rate("force", force_hz, Rates { force_hz, ..none }),
         rate("stage", STAGE_HZ, Rates { stage_hz: STAGE_HZ, ..none }),
         rate("markers", FRAMES_HZ, Rates { frames_hz: FRAMES_HZ, markers: MARKERS, ..none }),
-    ]
+    ];
+    if let Some((pixels, rate_hz)) = rig.pictures() {
+        streams.push(Stream { name: "pictures", rate_hz, bytes: pixels as f64 * BYTES_PER_PIXEL });
+    }
+    streams
 }
+
+/// What a pixel of grey and 16-bit depth takes as PNG: 1.06 bytes in a run of `rigs/sim-camera.toml`. Noisier pictures take more, up to 3.
+const BYTES_PER_PIXEL: f64 = 1.5;
 
 /// Reports of a stage and frames of markers a second, and markers in a frame: what room on the disk is reckoned with.
 const STAGE_HZ: f64 = 100.0;

@@ -1,6 +1,6 @@
 //! `poke`: more pokes for a session that was recorded, and all of it as one recording: what `diagnose --continue` has a rig do.
 
-use super::look::seen;
+use super::look::{late, seen};
 use super::planned::PlannedArguments;
 use super::recorded_run::{How, MESH, passed_s, record, told};
 use super::run_watch::Watch;
@@ -79,7 +79,8 @@ pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Resul
         let session = make(arguments, left, &so_far, &into, sessions.len(), first.start(), context)?;
         sessions.push(session);
     }
-    let FromSession { recording, remarks, .. } = read_seen_sessions(&seen(&sessions, &mesh, context)?, mesh)?;
+    let FromSession { recording, camera_lags, remarks, .. } =
+        read_seen_sessions(&seen(&sessions, &mesh, context)?, mesh)?;
     write_bundle(&recording, bundle.path())?;
     bundle.finish()?;
     let pokes = recording.pokes.len();
@@ -89,6 +90,9 @@ pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Resul
         counted(pokes, "poke", "pokes"),
         left.len()
     );
+    for lag in camera_lags.iter().flatten() {
+        text.push_str(&format!("\n{}", late(lag)));
+    }
     for remark in &remarks {
         text.push_str(&format!("\nnote: {remark}"));
     }

@@ -1,7 +1,7 @@
 //! `session`: what is in a session, whether all of it is there, what can be saved of a damaged one, and its data as tables or as a
 //! recording bundle.
 
-use super::look::seen;
+use super::look::{late, seen};
 use super::recorded_run::MESH;
 use super::run_protocol::finished_pokes;
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
@@ -223,6 +223,7 @@ fn export(arguments: &ExportArguments, context: &Context) -> anyhow::Result<Outc
     }
     let mut told = Vec::new();
     let mut remarks = Vec::new();
+    let mut lags_s = Vec::new();
     if let Some(folder) = &arguments.csv {
         let staged = StagedFolder::new(folder, Kind::Tables, arguments.force)?;
         let files = session.export_csv(staged.path())?.len();
@@ -250,6 +251,8 @@ fn export(arguments: &ExportArguments, context: &Context) -> anyhow::Result<Outc
         told.push(format!("{}: {}", folder.display(), counted(from.recording.pokes.len(), "poke", "pokes")));
         pokes = Some(from.recording.pokes.len());
         remarks = from.remarks;
+        lags_s = from.camera_lags.iter().map(|lag| lag.map(|l| [l.lag_s, l.sd_s])).collect();
+        told.extend(from.camera_lags.iter().flatten().map(late));
     }
     told.extend(remarks.iter().map(|r| format!("note: {r}")));
     Ok(Outcome {
@@ -260,6 +263,7 @@ fn export(arguments: &ExportArguments, context: &Context) -> anyhow::Result<Outc
             "bundle": arguments.bundle,
             "csv": arguments.csv,
             "pokes": pokes,
+            "camera_lags_s": lags_s,
             "remarks": remarks,
         }),
     })

@@ -6,31 +6,16 @@ mod diagnose;
 #[path = "../bundles/fixture.rs"]
 mod fixture;
 mod mesh_block;
+#[path = "../support/program.rs"]
+mod program;
 mod proof;
 mod rig;
 #[path = "../support/steady.rs"]
 mod steady;
 mod usage;
 
+use program::{phantom_rig, run, utf8};
 use std::path::Path;
-use std::process::{Command, Output};
-
-/// The program under test.
-fn phantom_rig() -> Command {
-    Command::new(assert_cmd::cargo::cargo_bin!("phantom-rig"))
-}
-
-/// Runs the program and returns exit code, standard output and standard error.
-fn run(arguments: &[&str]) -> (i32, String, String) {
-    let Output { status, stdout, stderr } =
-        phantom_rig().args(arguments).output().expect("the program starts");
-    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
-    (status.code().expect("an exit code"), text(stdout), text(stderr))
-}
-
-fn utf8(path: &Path) -> &str {
-    path.to_str().expect("a path in UTF-8")
-}
 
 /// Names in a folder, hidden ones too.
 fn names(folder: &Path) -> Vec<String> {

@@ -1,8 +1,10 @@
 //! One uninterrupted stretch of a session → its pokes, the way of the stage, force and markers, in seconds from its own zero of the force.
 
 use super::contacts::{Contact, Placed, Stroke, contact, inside, placed, strokes};
+use super::lag::camera_lag;
 use super::rows::{Means, Spans};
 use super::times::{Arrivals, lateness};
+use crate::calib::Lag;
 use crate::clock::{DeviceClock, HostTime};
 use crate::dataset::DatasetError;
 use crate::device::{MarkerFrame, MarkerPosition, Mounting, SensorMounting};
@@ -26,6 +28,8 @@ pub(super) struct Part {
     pub(super) wrench: Vec<(f64, [f64; 6])>,
     /// Frames of the camera.
     pub(super) frames: Vec<(f64, Vec<MarkerPosition>)>,
+    /// By how much pictures were late, which is taken off; none where there are none, or where nothing tells.
+    pub(super) lag: Option<Lag>,
 }
 
 /// Reads one stretch: a session of one file. None where no poke was finished in it. Pokes of the protocol that it began and did not
@@ -113,8 +117,21 @@ pub(super) fn read_part(
             frames.push((time_s, frame.markers));
         }
     }
+    let mut lag = None;
+    if seen.is_some() {
+        match camera_lag(&touched, &frames, rest_until_s) {
+            Ok(found) => {
+                frames.iter_mut().for_each(|frame| frame.0 -= found.lag_s);
+                frames.retain(|frame| frame.0 >= 0.0);
+                lag = Some(found);
+            }
+            Err(error) => remarks.push(format!(
+                "how late the pictures come cannot be told from them ({error}): they count from their arrival"
+            )),
+        }
+    }
     let wrench = means.rows(format.rate_hz);
-    Ok(Some(Part { origin, rest_until_s, touched, path, wrench, frames }))
+    Ok(Some(Part { origin, rest_until_s, touched, path, wrench, frames, lag }))
 }
 
 /// From when to when nothing touches the phantom at the beginning of a session: from the zero of the force sensor to the first press; from the

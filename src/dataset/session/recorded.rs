@@ -2,6 +2,7 @@
 
 use super::contacts::{Contact, Placed, Stroke};
 use super::part::{Part, read_part};
+use crate::calib::Lag;
 use crate::clock::HostTime;
 use crate::dataset::DatasetError;
 use crate::dataset::seen::Attached;
@@ -28,6 +29,8 @@ pub struct FromSession {
     pub recording: Recording,
     /// When its time is zero.
     pub zero: HostTime,
+    /// By how much the pictures of each stretch came later than what they show, which is taken off; none where nothing is known of it.
+    pub camera_lags: Vec<Option<Lag>>,
     /// What was left out or is doubtful, for people.
     pub remarks: Vec<String>,
 }
@@ -57,6 +60,7 @@ pub fn read_seen_sessions(
     let start = first.start();
     let mut remarks = Vec::new();
     let mut whole = Whole::default();
+    let mut camera_lags = Vec::new();
     let mut zero: Option<(StartDocument, Part)> = None;
     for (session, attached) in sessions {
         if session.start().rig.sha256 != start.rig.sha256 {
@@ -77,6 +81,7 @@ pub fn read_seen_sessions(
                     .ok_or_else(|| DatasetError::SessionBack { session: session.folder().to_owned() })?,
             };
             whole.take(&part, offset_s);
+            camera_lags.push(part.lag);
             zero.get_or_insert_with(|| (file.start().clone(), part));
         }
         // One that was made again when the session went on is not missed.
@@ -118,7 +123,7 @@ pub fn read_seen_sessions(
         wrench,
         markers,
     };
-    Ok(FromSession { recording, zero: rested.origin, remarks })
+    Ok(FromSession { recording, zero: rested.origin, camera_lags, remarks })
 }
 
 /// From the zero of one stretch to that of another (s). Monotonic clocks of one boot are the same; otherwise the wall clock has to do.

@@ -1,0 +1,175 @@
+//! By how much pictures come later than the stage that their markers follow.
+//!
+//! A picture is stamped when it arrives; exposure, transfer and decoding came before. A gel follows its tip at once (waves cross it within
+//! a few milliseconds), and how far its markers go depends on where the tip is, not on the force: so the stage's own path says when a
+//! picture was of. Relaxation, which changes the force under a tip that stands, leaves no trace in it.
+
+use super::contacts::{Contact, Stroke};
+use crate::calib::{CalibError, Lag, Track, lag_between};
+use crate::device::MarkerPosition;
+use crate::geometry::Vec3;
+use std::collections::BTreeMap;
+
+/// Longest lag that is looked for (s): what waits longer is dropped by the driver.
+const MOST_S: f64 = 0.25;
+/// From how long before a contact to how long after it frames count (s).
+const AROUND_S: f64 = 1.0;
+/// Frames count for how far markers go in a poke while the tip is in by this share of the depth.
+const DEEP: f64 = 0.9;
+
+/// Frames of markers at times (s).
+pub(super) type Frames = [(f64, Vec<MarkerPosition>)];
+
+/// How much later frames are than the contacts of the stage. Frames are stamped when they arrive.
+///
+/// # Errors
+/// [`CalibError`]: too few frames around contacts, nothing that moves, or markers that do not follow the stage.
+pub(super) fn camera_lag(
+    touched: &[(Stroke, Contact)],
+    frames: &Frames,
+    rest_until_s: f64,
+) -> Result<Lag, CalibError> {
+    let rest = means(frames.iter().filter(|f| f.0 < rest_until_s));
+    let (mut stage, mut seen) = (Signal::default(), Signal::default());
+    let depth = |moved: &Vec3| moved.norm();
+    // The stage stands on the surface, for all that markers know, until it is in.
+    let reach_s = AROUND_S + 2.0 * MOST_S;
+    if let Some((_, first)) = touched.first() {
+        stage.push(first.start_s - reach_s, 0.0);
+    }
+    for (_, contact) in touched {
+        let deepest = contact.rows.iter().map(|r| depth(&r.1)).fold(0.0, f64::max);
+        if deepest <= 0.0 {
+            continue;
+        }
+        contact.rows.iter().for_each(|(t, moved)| stage.push(*t, depth(moved) / deepest));
+        let within = |r: &&(f64, Vec3)| depth(&r.1) >= DEEP * deepest;
+        let (Some(first), Some(last)) = (contact.rows.iter().find(within), contact.rows.iter().rfind(within))
+        else {
+            continue;
+        };
+        let full = means(frames.iter().filter(|f| (first.0..=last.0).contains(&f.0)));
+        let way: BTreeMap<u32, (Vec3, Vec3)> = (full.iter())
+            .filter_map(|(marker, there)| {
+                let rest = rest.get(marker)?;
+                Some((*marker, (*rest, there - rest)))
+            })
+            .collect();
+        let around = contact.start_s - AROUND_S..contact.end_s + AROUND_S;
+        for (t, markers) in frames.iter().filter(|f| around.contains(&f.0)) {
+            // The share of its way that the markers in sight have gone.
+            let (mut along, mut all) = (0.0, 0.0);
+            for marker in markers {
+                let Some((rest, way)) = way.get(&marker.marker) else { continue };
+                along += (Vec3::from(marker.position_m) - rest).dot(way);
+                all += way.norm_squared();
+            }
+            if all > 0.0 {
+                seen.push(*t, along / all);
+            }
+        }
+    }
+    if let Some((_, last)) = touched.last() {
+        stage.push(last.end_s + reach_s, 0.0);
+    }
+    lag_between(stage.track(), seen.track(), MOST_S)
+}
+
+/// Where each marker is on average.
+fn means<'a>(frames: impl Iterator<Item = &'a (f64, Vec<MarkerPosition>)>) -> BTreeMap<u32, Vec3> {
+    let mut sums: BTreeMap<u32, (Vec3, f64)> = BTreeMap::new();
+    for marker in frames.flat_map(|f| &f.1) {
+        let sum = sums.entry(marker.marker).or_insert((Vec3::zeros(), 0.0));
+        *sum = (sum.0 + Vec3::from(marker.position_m), sum.1 + 1.0);
+    }
+    sums.into_iter().map(|(marker, (sum, count))| (marker, sum / count)).collect()
+}
+
+/// Values at times that go up: what does not come after the last is left out.
+#[derive(Default)]
+struct Signal {
+    time_s: Vec<f64>,
+    value: Vec<f64>,
+}
+
+impl Signal {
+    fn push(&mut self, time_s: f64, value: f64) {
+        if self.time_s.last().is_none_or(|last| time_s > *last) {
+            self.time_s.push(time_s);
+            self.value.push(value);
+        }
+    }
+
+    fn track(&self) -> Track<'_> {
+        Track { time_s: &self.time_s, value: &self.value }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DEPTH_M: f64 = 0.003;
+
+    /// Pokes of 0.3 s in, 1 s in place, 0.15 s out, every 4 s from 3 s on.
+    fn depth_m(t: f64) -> f64 {
+        let u = (t - 3.0).rem_euclid(4.0);
+        let share =
+            if !(3.0..15.0).contains(&t) { 0.0 } else { (u / 0.3).min((1.45 - u) / 0.15).clamp(0.0, 1.0) };
+        DEPTH_M * share
+    }
+
+    fn touched() -> Vec<(Stroke, Contact)> {
+        let inward = -Vec3::z();
+        let contact = |start_s: f64| {
+            let rows = (0..=145).map(|i| {
+                let t = start_s + 0.01 * f64::from(i);
+                (t, inward * depth_m(t))
+            });
+            Contact { start_s, end_s: start_s + 1.45, rows: rows.collect() }
+        };
+        let stroke = Stroke {
+            poke: 1,
+            site: Vec3::zeros(),
+            direction: inward,
+            radius_m: 0.008,
+            began_ns: 0,
+            ended_ns: Some(1),
+            pressed_ns: Some(0),
+        };
+        [3.0, 7.0, 11.0].map(|start_s| (stroke.clone(), contact(start_s))).to_vec()
+    }
+
+    /// Twenty markers around the tip at 30 Hz; those under the tip are hidden while it is in.
+    fn frames(lag_s: f64, moves: f64) -> Vec<(f64, Vec<MarkerPosition>)> {
+        let noise = |i: u32, m: u32| 5e-6 * (f64::from((i * 7919 + m * 104_729) % 1000) / 500.0 - 1.0);
+        (0..480_u32)
+            .map(|i| {
+                let t = f64::from(i) / 30.0 + 0.004;
+                let depth = depth_m(t - lag_s);
+                let seen = (0..20).filter(|m| *m > 3 || depth < 1e-4);
+                let markers = seen.map(|m| {
+                    let way = Vec3::new(0.1, 0.05, -0.6) * moves / f64::from(1 + m);
+                    let at = Vec3::new(f64::from(m), 0.0, 0.025) + way * depth;
+                    MarkerPosition { marker: m, position_m: at.add_scalar(noise(i, m)).into() }
+                });
+                (t, markers.collect())
+            })
+            .collect()
+    }
+
+    #[test]
+    fn pictures_are_as_late_as_they_were_made() {
+        for lag_s in [-0.004, 0.0, 0.0213, 0.12] {
+            let found = camera_lag(&touched(), &frames(lag_s, 1.0), 3.0).expect("they follow");
+            assert!((found.lag_s - lag_s).abs() < 1e-3, "{found:?} for {lag_s}");
+            assert!(found.sd_s < 1e-3, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn markers_that_do_not_move_tell_no_lag() {
+        assert!(camera_lag(&touched(), &frames(0.0, 0.0), 3.0).is_err());
+        assert!(camera_lag(&[], &frames(0.0, 1.0), 3.0).is_err());
+    }
+}
