@@ -6,6 +6,8 @@
 //! what is tested at a time is short, one case of many.
 
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+use serialport::{SerialPort, TTYPort};
+use std::io::{Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -14,6 +16,9 @@ use std::time::{Duration, Instant};
 const LATE: Duration = Duration::from_millis(20);
 /// So was one that may run on one processor only: a virtual one may stand still alone. Later than what other threads there take of it.
 const LATE_ALONE: Duration = Duration::from_millis(100);
+/// So was a machine on which a byte took longer than this from one end of a pseudo-terminal to the other: the system hands such bytes on in
+/// a thread of its own, for which whoever reads them waits.
+const LATE_PORT: Duration = Duration::from_millis(100);
 /// So was a machine of whose processors' time its host took more than this share.
 const STOLEN: f64 = 0.03;
 /// So often a test is made at most.
@@ -24,23 +29,26 @@ pub(crate) fn steady(test: impl Fn()) {
     for attempt in 1.. {
         let over = AtomicBool::new(false);
         let before = stolen();
-        let (outcome, latest, alone) = std::thread::scope(|scope| {
+        let (outcome, latest, alone, port) = std::thread::scope(|scope| {
             let over = &over;
             let anywhere = scope.spawn(|| lateness(None, over));
             let bound: Vec<_> =
                 processors().map(|cpu| scope.spawn(move || lateness(Some(cpu), over))).collect();
+            let port = scope.spawn(|| port_lateness(over));
             let outcome = catch_unwind(AssertUnwindSafe(&test));
             over.store(true, Ordering::Release);
             let alone = bound.into_iter().map(|watch| watch.join().expect("it only sleeps")).max();
-            (outcome, anywhere.join().expect("it only sleeps"), alone.unwrap_or_default())
+            let port = port.join().expect("it only writes to itself");
+            (outcome, anywhere.join().expect("it only sleeps"), alone.unwrap_or_default(), port)
         });
         let Err(failure) = outcome else { return };
         let share = stolen().zip(before).map_or(0.0, |(a, b)| (a.0 - b.0) / (a.1 - b.1).max(1.0));
         println!(
-            "attempt {attempt}: held up for {latest:?}, one processor for {alone:?}, {:.0} % of the time taken",
+            "attempt {attempt}: held up for {latest:?}, one processor for {alone:?}, a port for {port:?}, {:.0} % of the time taken",
             100.0 * share
         );
-        if attempt == ATTEMPTS || (latest <= LATE && alone <= LATE_ALONE && share <= STOLEN) {
+        let sound = latest <= LATE && alone <= LATE_ALONE && port <= LATE_PORT && share <= STOLEN;
+        if attempt == ATTEMPTS || sound {
             resume_unwind(failure);
         }
     }
@@ -65,6 +73,23 @@ fn lateness(cpu: Option<usize>, over: &AtomicBool) -> Duration {
         let before = Instant::now();
         std::thread::sleep(NAP);
         latest = latest.max(before.elapsed().saturating_sub(NAP));
+    }
+    latest
+}
+
+/// How long a byte took through a pseudo-terminal, at worst; nothing where there are none.
+fn port_lateness(over: &AtomicBool) -> Duration {
+    const NAP: Duration = Duration::from_millis(5);
+    let Ok((mut near, mut far)) = TTYPort::pair() else { return Duration::ZERO };
+    let mut latest = Duration::ZERO;
+    let mut byte = [0];
+    while !over.load(Ordering::Acquire) && near.write_all(b".").is_ok() {
+        let before = Instant::now();
+        // A time-out is no end: the byte is still on its way.
+        let mut arrived = || far.set_timeout(NAP).is_ok() && far.read(&mut byte).is_ok_and(|n| n == 1);
+        while !arrived() && !over.load(Ordering::Acquire) {}
+        latest = latest.max(before.elapsed());
+        std::thread::sleep(NAP);
     }
     latest
 }
