@@ -340,8 +340,19 @@ fn after_a_stop_that_nobody_heard_nothing_moves() {
 fn what_comes_twice_is_reported_once() {
     steady(|| {
         let port = port();
+        // A board that does not get to run in time skips reports by itself.
+        let (twice, sent) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(Vec::new())));
+        port.desk(|desk| {
+            let (twice, sent) = (Arc::clone(&twice), Arc::clone(&sent));
+            desk.back = Box::new(move |answer| {
+                if let Response::Telemetry { counter, .. } = answer {
+                    sent.lock().expect("no test panics inside").push(counter);
+                }
+                vec![answer; 1 + usize::from(twice.load(Ordering::Acquire))]
+            });
+        });
         let mut stage = homed(&port);
-        port.desk(|desk| desk.back = Box::new(|answer| vec![answer; 2]));
+        twice.store(true, Ordering::Release);
         let mut last = None;
         for _ in 0..10 {
             let report = wait(&mut stage, |_| true);
@@ -350,7 +361,10 @@ fn what_comes_twice_is_reported_once() {
         }
         stage.ping().expect("one of two answers will do");
         let losses = stage.losses();
-        assert!(losses.streamed_late >= 9 && losses.unasked >= 1 && losses.streamed_lost == 0, "{losses:?}");
+        assert!(losses.streamed_late >= 9 && losses.unasked >= 1, "{losses:?}");
+        let skipped: u32 =
+            sent.lock().expect("no test panics inside").windows(2).map(|n| n[1] - n[0] - 1).sum();
+        assert!(losses.streamed_lost <= u64::from(skipped), "{losses:?}, {skipped} skipped");
     });
 }
 
