@@ -131,9 +131,10 @@ impl Run {
             let count = self.wait(&mut sent);
             let now = HostTime::now();
             let waited = now.since(last);
-            let passed = waited.min(MOST.max(self.board.lease().saturating_sub(LEFT)));
+            let most = MOST.max(self.board.lease().saturating_sub(LEFT));
+            let passed = waited.min(most);
             truth.stood_still += waited - passed;
-            let made_up = (truth.stood_still - truth.made_up).min(passed.mul_f64(FASTER));
+            let made_up = (truth.stood_still - truth.made_up).min(passed.mul_f64(FASTER)).min(most - passed);
             truth.made_up += made_up;
             let elapsed = passed + made_up;
             owed_us += elapsed.as_secs_f64() * 1e6 * self.rate;
