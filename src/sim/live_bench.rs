@@ -128,11 +128,15 @@ impl LiveBench {
         self.lock().skin().cloned()
     }
 
-    /// What a camera has in front of it now, exactly: as of the time that the sensor has asked for last, less the camera's lag. With
+    /// Whether the bench has come to a time: it goes on as far as the sensor has asked.
+    pub fn has_come_to(&self, at: HostTime) -> bool {
+        self.lock().time_s() >= self.time_s(at)
+    }
+
+    /// What a camera has in front of it at a time of the last 50 ms, exactly, or as late as the bench has come, less the camera's lag. With
     /// velocities if `moving`. None on a bench that was prepared without a skin.
-    pub fn glimpse(&self, moving: bool) -> Option<Glimpse> {
-        let live = self.lock();
-        live.glimpse(live.time_s(), moving)
+    pub fn glimpse(&self, at: HostTime, moving: bool) -> Option<Glimpse> {
+        self.lock().glimpse(self.time_s(at), moving)
     }
 
     fn lock(&self) -> MutexGuard<'_, Live> {

@@ -1,9 +1,9 @@
 //! Pictures of a bench that goes on, at the pace of the clock: one thread takes them, another hands them over.
 //!
 //! As on a real camera's way from exposure to cable, a picture arrives some time after it was taken, and the next is taken meanwhile: none
-//! leaves before the time that its stamp says ([`Frame::reported_s`]). A real camera keeps that time; where this computer takes longer
-//! to make one it is dropped, so that pictures say nothing of how busy the computer was. Only a camera without lateness hands over each as
-//! soon as it is made.
+//! leaves before the time that its stamp says ([`Frame::reported_s`]). A real camera keeps that time, and takes pictures at equal intervals
+//! of its own clock; so does this one, whenever its threads get to run. Where this computer takes longer to make one it is dropped, so that
+//! pictures say nothing of how busy the computer was. Only a camera without lateness hands over each as soon as it is made.
 
 use super::camera::PixelCamera;
 use super::sink::FrameSink;
@@ -18,6 +18,8 @@ use std::time::Duration;
 
 /// How long nobody is waited for before it is looked again.
 const LOOK_AGAIN: Duration = Duration::from_millis(10);
+/// How long the bench is left alone before it is asked again whether it has come to a time.
+const WAIT_FOR_BENCH: Duration = Duration::from_millis(1);
 /// Pictures on their way at a time.
 const UNDER_WAY: usize = 4;
 /// A bench that nobody feels stands still in time; one whose time is further back than this is taken for one.
@@ -64,7 +66,7 @@ impl LiveCamera {
         let due = move |frame: &Frame, taken: HostTime| {
             let on_its_way = Duration::from_secs_f64((frame.reported_s - frame.time_s).max(0.0));
             let exposed = bench.host(frame.time_s);
-            let due = if taken.since(exposed) > STANDS { taken } else { exposed } + on_its_way;
+            let due = if taken.since(exposed) > STANDS + on_its_way { taken } else { exposed } + on_its_way;
             std::thread::sleep(due.remaining());
             HostTime::now().since(due) <= slack
         };
@@ -134,12 +136,16 @@ fn take(
         let late = missed(&mut due, HostTime::now(), period);
         shared.dropped.fetch_add(late, Ordering::Relaxed);
         std::thread::sleep(due.remaining());
+        let exposed = due;
         due = due + period;
-        let now = HostTime::now();
-        let glimpse = bench.glimpse(camera.sees_motion()).ok_or(PixelError::NoSkin)?;
+        // The bench comes to a time a little later than the clock does; one that nobody feels never does.
+        while !bench.has_come_to(exposed) && HostTime::now() < due {
+            std::thread::sleep(WAIT_FOR_BENCH);
+        }
+        let glimpse = bench.glimpse(exposed, camera.sees_motion()).ok_or(PixelError::NoSkin)?;
         let frame = camera.frame(&glimpse, number)?;
         number += 1;
-        match taken.try_send((frame, now)) {
+        match taken.try_send((frame, exposed)) {
             Ok(()) => {}
             Err(TrySendError::Full((frame, _))) => {
                 shared.dropped.fetch_add(1, Ordering::Relaxed);

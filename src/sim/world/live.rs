@@ -34,6 +34,9 @@ const HEADING_M: f64 = 5e-5;
 /// A tip that is farther in than this without having touched came from elsewhere (m): 8 mm/s go so far in a quarter of a second.
 const FIRST_TOUCH_M: f64 = 0.002;
 
+/// Further back than the camera is late, so many steps are remembered: whoever looks may come so much too late.
+const REMEMBERED: usize = 50;
+
 /// A bench that goes on in time.
 pub struct Live {
     world: World,
@@ -57,7 +60,7 @@ pub struct Live {
     line: usize,
     /// How the stage gives (m/N).
     stage_compliance: f64,
-    /// What moved the markers lately and where the tip was (m), the newest last: a step further back than the camera is late.
+    /// What moved the markers lately and where the tip was (m), the newest last.
     recent: VecDeque<(Loaded, Vec3)>,
 }
 
@@ -146,7 +149,7 @@ impl Live {
             self.force = [self.force[1], force];
             let tip = self.true_tip(reported, contact.as_ref());
             self.recent.push_back((loaded, tip));
-            while self.recent.len() > 2 + self.steps_late() {
+            while self.recent.len() > 2 + REMEMBERED + self.steps_late() {
                 self.recent.pop_front();
             }
         }
@@ -177,19 +180,20 @@ impl Live {
         seen.into_iter().map(|(index, position)| (index + 1, position)).collect()
     }
 
-    /// What a camera has in front of it at a time within the last step (s), or before that if it lags; with velocities if `moving`. None
-    /// on a phantom without a skin.
+    /// What a camera has in front of it at a time within the last 50 ms (s), or before that if it lags; at the earliest of them where the
+    /// time is earlier, and at the latest where it is later. With velocities if `moving`. None on a phantom without a skin.
     pub fn glimpse(&self, time_s: f64, moving: bool) -> Option<Glimpse> {
         self.skin.as_ref()?;
-        let share = (1.0 - (self.time_s() - time_s) / STEP_S).clamp(0.0, 1.0);
+        let ago = ((self.time_s() - time_s) / STEP_S).clamp(0.0, REMEMBERED as f64);
+        let (back, share) = (ago.floor() as usize, 1.0 - ago.fract());
         let skin = |back| self.skin_at(self.seen(back).map(|seen| &seen.0));
         // A picture of things that stand still at an instant of the grid needs no other.
         let (moved_m, speed_m_s) = match share == 1.0 && !moving {
-            true => (skin(0), None),
-            false => blended([skin(1), skin(0)], share, STEP_S, moving),
+            true => (skin(back), None),
+            false => blended([skin(back + 1), skin(back)], share, STEP_S, moving),
         };
-        let time_s = self.time_s() - (1.0 - share + self.steps_late() as f64) * STEP_S;
-        Some(Glimpse { time_s, moved_m, speed_m_s, tip: self.tip(share) })
+        let time_s = self.time_s() - (ago + self.steps_late() as f64) * STEP_S;
+        Some(Glimpse { time_s, moved_m, speed_m_s, tip: self.tip(back, share) })
     }
 
     /// What the camera can look at; none on a phantom without.
@@ -197,9 +201,9 @@ impl Live {
         self.skin.as_ref()
     }
 
-    /// The tip in what the camera sees, at a share of the last step.
-    fn tip(&self, share: f64) -> Option<SeenTip> {
-        let [before, after] = [self.seen(1)?.1, self.seen(0)?.1];
+    /// The tip in what the camera sees, at a share of the step that ended `back` steps ago.
+    fn tip(&self, back: usize, share: f64) -> Option<SeenTip> {
+        let [before, after] = [self.seen(back + 1)?.1, self.seen(back)?.1];
         let face = before + (after - before) * share;
         self.world.tip_of(self.world.pokes.get(self.line)?, face, (after - before) / STEP_S)
     }
