@@ -12,7 +12,8 @@
 //! [`Tracker`] walks all of it; [`Finder`] alone finds dots in one picture. Pixels are counted from the centre of the upper left one, x to the
 //! right and y downwards; space is the camera frame, z forward, in metres.
 //!
-//! Light that changes on a dot, such as the edge of a shadow, would move its centre: what it does is measured and taken off (`light`).
+//! Light that changes on a dot, such as the edge of a shadow, would move its centre: what it does is measured, and taken off where it is more
+//! than noise (`light`, `slow`).
 //!
 //! An identity is [`State::Certain`] or it is a gap. Nothing in between is ever reported, and nothing that could be explained otherwise is
 //! certain: see [`IdentitySettings`] for what is taken for granted about how far dots move.
@@ -28,6 +29,7 @@ mod image;
 mod light;
 mod point;
 mod settings;
+mod slow;
 mod tilt;
 mod tracker;
 

@@ -2,7 +2,7 @@
 
 use super::depth::DepthReader;
 use super::identity::Linker;
-use super::light::UsualLight;
+use super::light::LightOnDot;
 use super::point::locate;
 use super::{
     Camera, DepthView, Dot, DotInSpace, Finder, Found, GreyView, Lost, NoDepth, Settings, TrackError,
@@ -54,7 +54,8 @@ pub struct Tracker {
     finder: Finder,
     reader: DepthReader,
     linker: Linker,
-    light: UsualLight,
+    /// For each dot of the reference.
+    lights: Vec<LightOnDot>,
     last_s: Option<f64>,
     interval_s: Option<f64>,
 }
@@ -75,7 +76,7 @@ impl Tracker {
             finder: Finder::default(),
             reader: DepthReader::default(),
             linker,
-            light: UsualLight::new(reference.len()),
+            lights: (0..reference.len()).map(|_| LightOnDot::new()).collect(),
             last_s: None,
             interval_s: None,
         })
@@ -153,9 +154,12 @@ impl Tracker {
             .iter()
             .enumerate()
             .map(|(i, known)| match known {
-                Err(lost) => State::Lost(*lost),
+                Err(lost) => {
+                    self.lights[i].interrupt();
+                    State::Lost(*lost)
+                }
                 Ok(j) => {
-                    let dot = self.light.corrected(i, found.dots[*j]);
+                    let dot = self.lights[i].corrected(found.dots[*j]);
                     State::Certain { dot, place: self.place(&dot, &found.dots, depth) }
                 }
             })
