@@ -1,10 +1,12 @@
 //! The tracker on the frames of a session.
 
+use super::clear::leave_out_unclear;
 use crate::clock::HostTime;
 use crate::dataset::DatasetError;
 use crate::geometry::{Mat3, Vec3};
-use crate::session::{CameraDocument, Pixels, RecordedFrame, Session};
+use crate::session::{CameraDocument, Pixels, RecordedFrame, Session, SessionError};
 use crate::track::{Camera, DepthView, Dot, GreyView, Lost, NoDepth, Settings, State, Tracker};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// How pictures are to be read.
@@ -40,6 +42,8 @@ pub struct Place {
     pub position_m: Vec3,
     /// Covariance (m²).
     pub covariance_m2: Mat3,
+    /// Share of the variance around it in the grey picture that a disc does not explain.
+    pub unexplained: f64,
 }
 
 /// One frame, followed.
@@ -51,7 +55,7 @@ pub struct FollowedFrame {
     pub host: HostTime,
     /// Its number at the source.
     pub number: u32,
-    /// Each dot of the reference where it is certain and has a depth.
+    /// Each dot of the reference where it is certain, in full view, and has a depth.
     pub places: Vec<Option<Place>>,
 }
 
@@ -92,7 +96,7 @@ pub fn follow(
     session: &Session,
     eye: &Eye,
     from: HostTime,
-    tell: &mut dyn FnMut(),
+    tell: &mut (dyn FnMut() + Send),
 ) -> Result<Followed, DatasetError> {
     let mut picture = None;
     for frame in session.frames() {
@@ -111,12 +115,53 @@ pub fn follow(
     let mut walk =
         Walk { eye, reference: &reference, tracker: None, last: None, counts: FrameCounts::default() };
     let mut followed = Vec::new();
-    for frame in session.frames() {
-        followed.extend(walk.step(&frame?)?);
-        tell();
+    let mut frames = session.frames();
+    let mut ready = next_decoded(&mut frames);
+    // Pictures are decoded while the tracker walks through those before: that takes twice as long as to follow dots.
+    while !ready.is_empty() {
+        let (walked, next) = rayon::join(
+            || {
+                ready.drain(..).try_for_each(|frame| {
+                    walk.step(frame?).map(|step| followed.extend(step)).map(|()| tell())
+                })
+            },
+            || next_decoded(&mut frames),
+        );
+        walked?;
+        ready = next;
     }
-    let counts = walk.counts;
+    let mut counts = walk.counts;
+    let unclear = leave_out_unclear(&mut followed);
+    if unclear > 0 {
+        counts.seen -= unclear;
+        counts.unseen.insert("partly covered, or a shadow's edge across it", unclear);
+    }
     Ok(Followed { reference, picture, frames: followed, counts })
+}
+
+/// Frames that are decoded together.
+const AHEAD: usize = 16;
+
+/// A frame of a session with its pictures.
+struct DecodedFrame {
+    segment: u32,
+    number: u32,
+    host: HostTime,
+    pictures: Option<(Pixels<u8>, Pixels<u16>)>,
+}
+
+/// The next frames; an empty list after the last.
+fn next_decoded(
+    frames: &mut (impl Iterator<Item = Result<RecordedFrame, SessionError>> + Send),
+) -> Vec<Result<DecodedFrame, SessionError>> {
+    let read: Vec<_> = frames.take(AHEAD).collect();
+    let decode = |frame: RecordedFrame| DecodedFrame {
+        segment: frame.segment,
+        number: frame.frame.number,
+        host: frame.frame.host,
+        pictures: decoded(&frame),
+    };
+    read.into_par_iter().map(|frame| frame.map(decode)).collect()
 }
 
 /// Both pictures of a frame; none when one is missing or unreadable.
@@ -134,13 +179,13 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn step(&mut self, frame: &RecordedFrame) -> Result<Option<FollowedFrame>, DatasetError> {
-        let (segment, number, host) = (frame.segment, frame.frame.number, frame.frame.host);
+    fn step(&mut self, frame: DecodedFrame) -> Result<Option<FollowedFrame>, DatasetError> {
+        let DecodedFrame { segment, number, host, pictures } = frame;
         let before = self.last.replace((segment, number)).filter(|last| last.0 == segment);
         if let Some((_, before)) = before {
             self.counts.lost_frames += u64::from(number.saturating_sub(before).saturating_sub(1));
         }
-        let Some((grey, depth)) = decoded(frame) else {
+        let Some((grey, depth)) = pictures else {
             self.counts.incomplete += 1;
             return Ok(None);
         };
@@ -163,9 +208,13 @@ impl Walk<'_> {
 impl FrameCounts {
     fn place(&mut self, state: &State) -> Option<Place> {
         let why = match state {
-            State::Certain { place: Ok(place), .. } => {
+            State::Certain { place: Ok(place), dot } => {
                 self.seen += 1;
-                return Some(Place { position_m: place.position_m, covariance_m2: place.covariance_m2 });
+                return Some(Place {
+                    position_m: place.position_m,
+                    covariance_m2: place.covariance_m2,
+                    unexplained: 1.0 - dot.quality,
+                });
             }
             State::Certain { place: Err(why), .. } => match why {
                 NoDepth::NoPicture => "no depth picture",

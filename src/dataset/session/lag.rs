@@ -3,6 +3,10 @@
 //! A picture is stamped when it arrives; exposure, transfer and decoding came before. A gel follows its tip at once (waves cross it within
 //! a few milliseconds), and how far its markers go depends on where the tip is, not on the force: so the stage's own path says when a
 //! picture was of. Relaxation, which changes the force under a tip that stands, leaves no trace in it.
+//!
+//! A tip that touches later than it should, or a stage with play, makes markers late as well: but not at the end of the way in, where both
+//! are used up, and a tip that stops stops its markers. So the last of the way in and the first of the hold say how late pictures are, once the
+//! whole has said about when to look.
 
 use super::contacts::{Contact, Stroke};
 use crate::calib::{CalibError, Lag, Track, lag_between};
@@ -17,10 +21,19 @@ const AROUND_S: f64 = 1.0;
 /// Frames count for how far markers go in a poke while the tip is in by this share of the depth.
 const DEEP: f64 = 0.9;
 
+/// The end of the way in begins at this share of the depth, and the hold at this.
+const LAST_OF_WAY: f64 = 0.4;
+const THERE: f64 = 0.98;
+/// The first of a hold lasts so long (s).
+const FIRST_OF_HOLD_S: f64 = 0.6;
+/// How far the end of the way in may be from what the whole says (s).
+const AROUND_WHOLE_S: f64 = 0.1;
+
 /// Frames of markers at times (s).
 pub(super) type Frames = [(f64, Vec<MarkerPosition>)];
 
-/// How much later frames are than the contacts of the stage. Frames are stamped when they arrive.
+/// How much later frames are than the contacts of the stage. Frames are stamped when they arrive. Where no contact has an end of its way in
+/// that tells, it is what all frames around contacts say.
 ///
 /// # Errors
 /// [`CalibError`]: too few frames around contacts, nothing that moves, or markers that do not follow the stage.
@@ -31,6 +44,7 @@ pub(super) fn camera_lag(
 ) -> Result<Lag, CalibError> {
     let rest = means(frames.iter().filter(|f| f.0 < rest_until_s));
     let (mut stage, mut seen) = (Signal::default(), Signal::default());
+    let mut ends = Vec::new();
     let depth = |moved: &Vec3| moved.norm();
     // The stage stands on the surface, for all that markers know, until it is in.
     let reach_s = AROUND_S + 2.0 * MOST_S;
@@ -55,6 +69,7 @@ pub(super) fn camera_lag(
                 Some((*marker, (*rest, there - rest)))
             })
             .collect();
+        ends.extend(end_of_way_in(contact, deepest));
         let around = contact.start_s - AROUND_S..contact.end_s + AROUND_S;
         for (t, markers) in frames.iter().filter(|f| around.contains(&f.0)) {
             // The share of its way that the markers in sight have gone.
@@ -72,7 +87,49 @@ pub(super) fn camera_lag(
     if let Some((_, last)) = touched.last() {
         stage.push(last.end_s + reach_s, 0.0);
     }
-    lag_between(stage.track(), seen.track(), MOST_S)
+    let whole = lag_between(stage.track(), seen.track(), MOST_S)?;
+    let lags = ends.iter().filter_map(|&end| lag_at_end(&stage, &seen, end, whole.lag_s).ok());
+    Ok(together(&lags.collect::<Vec<_>>()).unwrap_or(whole))
+}
+
+/// From when to when the stage goes the last of its way in and stands for a while (s).
+fn end_of_way_in(contact: &Contact, deepest: f64) -> Option<[f64; 2]> {
+    let share = |row: &(f64, Vec3)| row.1.norm() / deepest;
+    let there = contact.rows.iter().position(|r| share(r) >= THERE)?;
+    let (way, hold) = contact.rows.split_at(there);
+    let from = way.iter().rfind(|r| share(r) < LAST_OF_WAY)?;
+    let until_s = hold[0].0 + FIRST_OF_HOLD_S;
+    let last = hold.iter().take_while(|r| share(r) >= THERE && r.0 <= until_s).last()?;
+    Some([from.0, last.0])
+}
+
+/// How late the frames are that show the stage in a span of time, as far as it is known (s). Offset and scale are those of that span alone.
+fn lag_at_end(
+    stage: &Signal,
+    seen: &Signal,
+    [from, until]: [f64; 2],
+    about_s: f64,
+) -> Result<Lag, CalibError> {
+    let mut of_span = Signal::default();
+    for (t, value) in seen.time_s.iter().zip(&seen.value) {
+        if (from..=until).contains(&(t - about_s)) {
+            of_span.push(t - about_s, *value);
+        }
+    }
+    let found = lag_between(stage.track(), of_span.track(), AROUND_WHOLE_S)?;
+    Ok(Lag { lag_s: found.lag_s + about_s, ..found })
+}
+
+/// The weighted mean of lags, with a deviation that carries their scatter.
+fn together(lags: &[Lag]) -> Option<Lag> {
+    let weight = |lag: &Lag| lag.sd_s.powi(-2);
+    let sum: f64 = lags.iter().map(weight).sum();
+    let mean = |value: fn(&Lag) -> f64| lags.iter().map(|l| weight(l) * value(l)).sum::<f64>() / sum;
+    let lag_s = mean(|l| l.lag_s);
+    let squares: f64 = lags.iter().map(|l| weight(l) * (l.lag_s - lag_s).powi(2)).sum();
+    let scatter = squares / lags.len().saturating_sub(1).max(1) as f64;
+    let (explained, samples) = (mean(|l| l.explained), lags.iter().map(|l| l.samples).sum());
+    lag_s.is_finite().then(|| Lag { lag_s, sd_s: (scatter.max(1.0) / sum).sqrt(), explained, samples })
 }
 
 /// Where each marker is on average.
@@ -142,11 +199,15 @@ mod tests {
 
     /// Twenty markers around the tip at 30 Hz; those under the tip are hidden while it is in.
     fn frames(lag_s: f64, moves: f64) -> Vec<(f64, Vec<MarkerPosition>)> {
+        frames_of(moves, |t| depth_m(t - lag_s))
+    }
+
+    fn frames_of(moves: f64, depth_m: impl Fn(f64) -> f64) -> Vec<(f64, Vec<MarkerPosition>)> {
         let noise = |i: u32, m: u32| 5e-6 * (f64::from((i * 7919 + m * 104_729) % 1000) / 500.0 - 1.0);
         (0..480_u32)
             .map(|i| {
                 let t = f64::from(i) / 30.0 + 0.004;
-                let depth = depth_m(t - lag_s);
+                let depth = depth_m(t);
                 let seen = (0..20).filter(|m| *m > 3 || depth < 1e-4);
                 let markers = seen.map(|m| {
                     let way = Vec3::new(0.1, 0.05, -0.6) * moves / f64::from(1 + m);
@@ -164,6 +225,23 @@ mod tests {
             let found = camera_lag(&touched(), &frames(lag_s, 1.0), 3.0).expect("they follow");
             assert!((found.lag_s - lag_s).abs() < 1e-3, "{found:?} for {lag_s}");
             assert!(found.sd_s < 1e-3, "{found:?}");
+        }
+    }
+
+    /// 0.15 mm of play: the tip follows the stage in, and stays on its way out until the play is used up. A tip that touches 0.3 mm late.
+    #[test]
+    fn play_and_late_contact_are_no_lateness() {
+        let (lag_s, play_m, gap_m) = (0.05, 0.15e-3, 0.3e-3);
+        let out = |t: f64| (3.0..15.0).contains(&t) && (t - 3.0).rem_euclid(4.0) > 0.5;
+        let tip_m = |t: f64| {
+            let depth = depth_m(t);
+            if out(t) { (depth + play_m).min(if depth > 0.0 { DEPTH_M } else { 0.0 }) } else { depth }
+        };
+        let with_play = frames_of(1.0, |t| tip_m(t - lag_s));
+        let late = frames_of(1.0, |t| (depth_m(t - lag_s) - gap_m).max(0.0));
+        for seen in [with_play, late] {
+            let found = camera_lag(&touched(), &seen, 3.0).expect("they follow");
+            assert!((found.lag_s - lag_s).abs() < 2e-3, "{found:?}");
         }
     }
 

@@ -4,11 +4,13 @@
 //!   device's own count, which is not. [`DeviceClock`](crate::clock::DeviceClock) puts the count on the host's clock (`times`).
 //! - **Pokes.** The session says which strokes were made where; a contact lasts from the instant at which the reported stage passes
 //!   the site on its way in to that at which it passes it on its way out (`contacts`).
-//! - **Pictures.** Their stamps are those of their arrival; by how much that is late the markers tell, which follow the stage (`lag`).
+//! - **Pictures.** Their stamps are those of their arrival. A camera that takes them at equal intervals tells by that when each was taken
+//!   (`beat`), but for how late all of them are; that the markers tell, which follow the stage (`lag`).
 //! - **Force.** Means of all raw records over equal spans of time, none of which reaches across a poke's limits (`rows`).
 //!
 //! What the session does not hold is not made up: a poke that was not finished is left out, and said so.
 
+mod beat;
 mod contacts;
 mod lag;
 mod part;

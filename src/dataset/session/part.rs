@@ -1,5 +1,6 @@
 //! One uninterrupted stretch of a session → its pokes, the way of the stage, force and markers, in seconds from its own zero of the force.
 
+use super::beat::put_on_beat;
 use super::contacts::{Contact, Placed, Stroke, contact, inside, placed, strokes};
 use super::lag::camera_lag;
 use super::rows::{Means, Spans};
@@ -119,6 +120,7 @@ pub(super) fn read_part(
     }
     let mut lag = None;
     if seen.is_some() {
+        remarks.extend(put_on_beat(&mut frames));
         match camera_lag(&touched, &frames, rest_until_s) {
             Ok(found) => {
                 frames.iter_mut().for_each(|frame| frame.0 -= found.lag_s);
