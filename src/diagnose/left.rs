@@ -83,7 +83,9 @@ impl Left {
                     } else {
                         let (marker, axis) = ((i - 3) / 3, (i - 3) % 3);
                         let rest = model.settled.evidence.rest[marker].1.max(1) as f64;
-                        let noise = (1.0 + sum.n / rest) / (1.0 + 1.0 / rest);
+                        let lasting =
+                            model.correlation.lasting_m2[axis] / model.marker_sd[marker][axis].powi(2);
+                        let noise = (1.0 + sum.n / rest) / (1.0 + 1.0 / rest) + sum.n * lasting;
                         let all = ELEMENTS[1] * largest * sum.n.sqrt();
                         let elements = (ELEMENTS[0] * own).powi(2) + all * all;
                         (Channel::Markers(axis as u8), Some(marker), noise, elements)

@@ -29,6 +29,7 @@ mod error;
 mod extra;
 mod knob;
 pub mod large;
+mod lasting;
 mod left;
 mod limits;
 mod march;

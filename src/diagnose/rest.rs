@@ -2,8 +2,10 @@
 //!
 //! The force's error may wander in time: the variance of means over half a second is compared with that of white noise. It may
 //! drift: a straight line in time is then likelier than anything that wanders.
-//! The camera may sway as a whole: the variance of all markers' common motion, likewise.
+//! The camera may sway as a whole: the variance of all markers' common motion, likewise. Each marker may err in its own way for a while:
+//! see `lasting`.
 
+use super::lasting::lasting;
 use crate::geometry::Vec3;
 use crate::inverse::Evidence;
 use crate::observation::Recording;
@@ -18,6 +20,8 @@ pub(super) struct Correlation {
     pub drifts: bool,
     /// Variance (m²) of the common motion of all markers, along each axis.
     pub sway_m2: [f64; 3],
+    /// Variance (m²) of an error that each marker has for a while during a poke, along each axis.
+    pub lasting_m2: [f64; 3],
 }
 
 /// Force rows outside pokes: time (s) and force (N).
@@ -30,7 +34,7 @@ pub(super) fn force_at_rest(recording: &Recording) -> Vec<(f64, Vec3)> {
 }
 
 /// Rows so close to a poke (s) do not count as rest.
-const MARGIN_S: f64 = 0.05;
+pub(super) const MARGIN_S: f64 = 0.05;
 /// Length of the means (s).
 const BLOCK_S: f64 = 0.5;
 /// Fewer means, or frames, than this say nothing.
@@ -38,12 +42,17 @@ const FEWEST: usize = 6;
 /// Chance raises a variance of so many degrees of freedom by this many standard deviations, once in a thousand times.
 const CHANCE: f64 = 3.1;
 
-/// Measures both.
+/// Measures all of them.
 pub(super) fn correlation(recording: &Recording, evidence: &Evidence) -> Correlation {
     let sd = evidence.noise.force_n;
     let means = means(&force_at_rest(recording));
     let drifts = drifts(&means, sd);
-    Correlation { force: wandering(&means, sd, drifts), drifts, sway_m2: sway(recording, evidence) }
+    Correlation {
+        force: wandering(&means, sd, drifts),
+        drifts,
+        sway_m2: sway(recording, evidence),
+        lasting_m2: lasting(recording, evidence),
+    }
 }
 
 /// Mean of the force (N) over a block, with its time (s) and the number of its rows.
@@ -129,7 +138,7 @@ fn log_likelihoods(means: &[BlockMean], axis: usize, sd: f64, wander: f64, time_
 }
 
 /// A ratio of variances, or 1 where chance may have made it.
-fn beyond_chance(ratio: f64, freedom: f64) -> f64 {
+pub(super) fn beyond_chance(ratio: f64, freedom: f64) -> f64 {
     if ratio > 1.0 + CHANCE * (2.0 / freedom).sqrt() { ratio } else { 1.0 }
 }
 
