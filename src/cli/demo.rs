@@ -2,7 +2,7 @@
 
 use super::conceal::seal_answer;
 use super::look::{late, seen};
-use super::planned::PlannedArguments;
+use super::planned::{Planned, PlannedArguments};
 use super::proof::{Manifest, ProofFolder, Seal, bundle_sum, digest, draw_name, hex, read_sums, replace};
 use super::recorded_run::{How, MESH, record, told};
 use super::run_watch::Watch;
@@ -24,7 +24,7 @@ use std::process::{Command, Stdio};
 ///
 /// Draws what the bench conceals and puts it under seal; runs a short protocol on it through the real drivers; exports the recording;
 /// fits it as if nothing were concealed; diagnoses it in a process that is given the recording and nothing else; opens the seal.
-/// Takes some three minutes: the run is real time.
+/// Markers come from the pictures of the bench's depth camera. Takes some four minutes: the run is real time.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig demo
@@ -38,10 +38,24 @@ pub(super) struct DemoArguments {
     out: Option<PathBuf>,
 }
 
-/// Runs that are begun, where the computer stands still for so long that the guard stops them.
-const TRIES: u32 = 3;
+/// A rig file of the same simulated bench, and what it names beside it.
+struct Rig {
+    text: &'static str,
+    beside: &'static [(&'static str, &'static str)],
+}
 
-const RIG: &str = include_str!("../../rigs/sim.toml");
+/// Markers are found in pictures.
+const SEEN: Rig = Rig {
+    text: include_str!("../../rigs/sim-camera.toml"),
+    beside: &[("sim-camera-registration.toml", include_str!("../../rigs/sim-camera-registration.toml"))],
+};
+/// The bench tells where they are.
+const TOLD: Rig = Rig { text: include_str!("../../rigs/sim.toml"), beside: &[] };
+
+/// Runs that are begun, where the computer stands still for so long that the guard stops them: the last without pictures, which take a
+/// processor to make. A program without OpenCV takes none.
+const TRIES: [Rig; 3] = if cfg!(feature = "opencv") { [SEEN, SEEN, TOLD] } else { [TOLD, TOLD, TOLD] };
+
 const PROTOCOL: &str = include_str!("../../rigs/protocols/demo.toml");
 
 pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Result<Outcome> {
@@ -57,38 +71,36 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
     };
     let proof = ProofFolder::new(&out);
     proof.make()?;
-    let (rig, protocol) = (out.join("rig.toml"), out.join("protocol.toml"));
-    for (file, text) in [(&rig, RIG), (&protocol, PROTOCOL)] {
-        fs::write(file, text).with_context(|| format!("{}: can't be written", file.display()))?;
-    }
 
     tell(&format!("Seed {seed}. A bench is drawn, with an effect that it does not tell."));
-    let planned = PlannedArguments::of_table(&protocol, &rig).read()?;
+    let planned = plan_on(&TRIES[0], &out)?;
     let world =
         planned.rig.simulated(&planned.pokes())?.context("the demonstration's rig is simulated")?.world;
-    let world = World { name: draw_name(1), ..world.concealing(seed) };
+    let world = World { name: draw_name(1), ..world.concealing(seed, cfg!(feature = "opencv")) };
 
     tell("A protocol is run on it: the drivers are those of a real bench.");
     let session = out.join("session");
     let how =
         How { watch: Watch::choose(context, false), yes: true, clear: false, bias: false, at_rest_s: 0.0 };
-    let mut tries = 1;
+    let mut tries = 0;
     let recorded = loop {
+        let planned = plan_on(&TRIES[tries], &out)?;
         let bench = SimulatedBench { world: world.clone() };
         let recorded = record(&planned, Some(bench), &session, false, how, context)?;
         let Some(stopped) = &recorded.ran.stopped else { break recorded };
         let why = told(stopped, &recorded.ran);
-        if recorded.ran.asked || !stood_still(stopped.tripped.cause) || tries == TRIES {
+        tries += 1;
+        if recorded.ran.asked || !stood_still(stopped.tripped.cause) || tries == TRIES.len() {
             bail!("{}: stopped: {why}", session.display());
         }
         let aside = out.join(format!("stopped-{tries}"));
         fs::rename(&session, &aside).with_context(|| format!("{}: can't be moved", session.display()))?;
         tell(&format!(
             "The run was stopped: {why}. Nothing is wrong with a simulated bench: this computer stood still. What there is of \
-             the session is in {}. Once more.",
-            aside.display()
+             the session is in {}. Once more{}.",
+            aside.display(),
+            if cfg!(feature = "opencv") && tries + 1 == TRIES.len() { ", without a camera" } else { "" }
         ));
-        tries += 1;
     };
     tell("The recording is exported, and the answer put under seal.");
     let (bundle, zero) = export(&session, &proof, &tell, context)?;
@@ -123,12 +135,23 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
     })
 }
 
+/// The protocol on a rig, whose files are written into a folder first.
+fn plan_on(rig: &Rig, folder: &Path) -> anyhow::Result<Planned> {
+    let (file, protocol) = (folder.join("rig.toml"), folder.join("protocol.toml"));
+    let beside = rig.beside.iter().map(|(name, text)| (folder.join(name), *text));
+    for (file, text) in [(file.clone(), rig.text), (protocol.clone(), PROTOCOL)].into_iter().chain(beside) {
+        fs::write(&file, text).with_context(|| format!("{}: can't be written", file.display()))?;
+    }
+    PlannedArguments::of_table(&protocol, &file).read()
+}
+
 /// Whether a run on a bench without faults may be stopped so because the computer stood still.
 fn stood_still(cause: Cause) -> bool {
-    use Cause::{SensorGap, SensorLate, SensorSilent, StageAstray, StageFault, StageSilent};
+    use Cause::{CameraLost, SensorGap, SensorLate, SensorSilent, StageAstray, StageFault, StageSilent};
     matches!(
         cause,
-        SensorSilent { .. }
+        CameraLost
+            | SensorSilent { .. }
             | SensorLate { .. }
             | SensorGap { .. }
             | StageSilent
