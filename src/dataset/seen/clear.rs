@@ -57,7 +57,7 @@ mod tests {
         let unexplained = |frame: u32, dot: u32| {
             let own = match dot {
                 1 if frame < 20 => 0.012,
-                2 if frame == 25 => 0.006,
+                2 if frame == 25 => 0.008,
                 _ => 0.001 * f64::from(1 + dot),
             };
             own + if frame == 30 { 0.01 } else { 0.0 }
