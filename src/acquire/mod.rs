@@ -9,6 +9,7 @@
 //! Absent on purpose: nothing here opens a port, knows a kind of device, or draws on a screen.
 
 mod error;
+mod glimpse;
 mod guard;
 mod latch;
 mod live;
@@ -20,6 +21,7 @@ mod run;
 mod status;
 
 pub use error::AcquireError;
+pub use glimpse::SeenPicture;
 pub use latch::{Cause, Latch, Tripped};
 pub use live::LiveForce;
 pub use operator::Operator;
@@ -32,5 +34,5 @@ pub use protocol::{
     Step, StepId, Stroke, Target, Task, Variable, from_poke,
 };
 pub use resident::stay_resident;
-pub use run::{Conduct, Instruments, Planner, Ran, Stopped, Zero, conduct};
+pub use run::{Conduct, Instruments, Planner, Ran, Stopped, Zero, conduct, record_pictures};
 pub use status::{Doing, RunStatus, TRACE, Watched};

@@ -1,5 +1,6 @@
 //! What somebody who watches a run wants to know now.
 
+use super::glimpse::{Glimpse, SeenPicture};
 use super::latch::Tripped;
 use super::plan::Phase;
 use crate::device::Losses;
@@ -91,16 +92,34 @@ impl RunStatus {
 
 /// A status that one thread writes and others read.
 #[derive(Debug, Default)]
-pub struct Watched(Mutex<RunStatus>);
+pub struct Watched {
+    status: Mutex<RunStatus>,
+    glimpse: Glimpse,
+}
 
 impl Watched {
     /// As it is now.
     pub fn now(&self) -> RunStatus {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.status.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Changes it.
     pub(super) fn tell(&self, change: impl FnOnce(&mut RunStatus)) {
-        change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
+        change(&mut self.status.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+
+    /// Asks for the next picture of the camera.
+    pub fn ask_picture(&self) {
+        self.glimpse.ask();
+    }
+
+    /// The picture that was asked for, once it is there.
+    pub fn take_picture(&self) -> Option<SeenPicture> {
+        self.glimpse.take()
+    }
+
+    /// Hands a picture to whoever has asked for it.
+    pub(super) fn show_picture(&self, look: impl FnOnce() -> SeenPicture) {
+        self.glimpse.answer(look);
     }
 }

@@ -80,8 +80,14 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
 
     tell("A protocol is run on it: the drivers are those of a real bench.");
     let session = out.join("session");
-    let how =
-        How { watch: Watch::choose(context, false), yes: true, clear: false, bias: false, at_rest_s: 0.0 };
+    let how = How {
+        watch: Watch::choose(context, false),
+        yes: true,
+        clear: false,
+        bias: false,
+        at_rest_s: 0.0,
+        live: false,
+    };
     let mut tries = 0;
     let recorded = loop {
         let planned = plan_on(&TRIES[tries], &out)?;

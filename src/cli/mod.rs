@@ -44,6 +44,7 @@ mod prove;
 mod recorded_run;
 mod replay;
 mod run;
+mod run_picture;
 mod run_protocol;
 mod run_view;
 mod run_watch;

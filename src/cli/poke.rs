@@ -164,6 +164,7 @@ fn make(
         clear: arguments.clear,
         bias: false,
         at_rest_s: passed_s(first),
+        live: false,
     };
     let folder = into.join(format!("{number:02}"));
     let recorded = record(&planned, bench, &folder, false, how, context)?;

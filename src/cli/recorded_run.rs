@@ -3,7 +3,9 @@
 use super::Context;
 use super::interrupt::Interrupts;
 use super::planned::Planned;
-use super::run_watch::{Watch, watch};
+use super::run_picture::LivePicture;
+use super::run_view::Title;
+use super::run_watch::{Reach, Watch, watch};
 use crate::acquire::{
     Cause, Conduct, Instruments, Latch, Operator, Ran, Stopped, Watched, conduct, stay_resident,
 };
@@ -34,6 +36,8 @@ pub(super) struct How {
     pub(super) bias: bool,
     /// Seconds that a simulated bench has stood before.
     pub(super) at_rest_s: f64,
+    /// What the camera sees goes into a file every second.
+    pub(super) live: bool,
 }
 
 /// What was recorded.
@@ -97,7 +101,7 @@ pub(super) fn record(
     if how.bias {
         writer.recorder().event(Event::new(HostTime::now(), "bias"));
     }
-    let ran = match carry_out(planned, &mut devices, &writer, how) {
+    let ran = match carry_out(planned, &mut devices, folder, &writer, how) {
         Ok(ran) => ran,
         Err(error) => {
             // Nothing was poked; why is the session's end. That it could not be written either is the lesser evil.
@@ -149,6 +153,7 @@ pub(super) const MESH: &str = "mesh.msh";
 fn carry_out(
     planned: &Planned,
     devices: &mut Devices,
+    folder: &Path,
     writer: &SessionWriter,
     how: How,
 ) -> anyhow::Result<Ran> {
@@ -171,7 +176,14 @@ fn carry_out(
     // Where the system does not allow it, `doctor` says so.
     let _ = stay_resident();
     devices.force.start()?;
-    let title = format!("{} · {}", planned.protocol.name(), planned.rig.name());
+    let limit_n = planned.bench.load.force_n.into_iter().fold(f64::INFINITY, f64::min);
+    let title = Title {
+        text: format!("{} · {}", planned.protocol.name(), planned.rig.name()),
+        limit_n,
+        pictures: planned.rig.pictures().is_some(),
+        note: String::new(),
+    };
+    let picture = LivePicture::beside(folder, how.live && title.pictures);
     let instruments = Instruments {
         stage: &mut *devices.stage,
         force: &mut *devices.force,
@@ -180,7 +192,8 @@ fn carry_out(
     let ran = std::thread::scope(|scope| {
         let runner = scope.spawn(|| conduct(instruments, &doing, writer));
         let over = || runner.is_finished();
-        watch(how.watch, &title, &planned.bench, &watched, &operator, &latch, how.yes, &over);
+        let reach = Reach { operator: &operator, latch: &latch, watched: &watched };
+        watch(how.watch, title, picture, &reach, how.yes, &over);
         runner.join()
     });
     let ran = ran.map_err(|_| anyhow::anyhow!("the run gave up; the stage was stopped"))??;

@@ -45,6 +45,9 @@ pub(super) struct RunArguments {
     /// Print lines instead of a screen
     #[arg(long)]
     lines: bool,
+    /// Write what the camera sees into SESSION-live.png every second, with rings around the dots; on the screen p writes one
+    #[arg(long)]
+    live: bool,
 }
 
 pub(super) fn run(arguments: &RunArguments, context: &Context) -> anyhow::Result<Outcome> {
@@ -80,6 +83,7 @@ pub(super) fn run(arguments: &RunArguments, context: &Context) -> anyhow::Result
         clear: arguments.clear,
         bias: arguments.bias,
         at_rest_s: before.as_ref().map_or(0.0, |session| passed_s(session.start())),
+        live: arguments.live,
     };
     let runs = before.as_ref().map_or(0, Session::segments);
     let bench = planned.rig.simulated(&planned.pokes())?.map(|bench| bench.later(runs.into()));

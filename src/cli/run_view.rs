@@ -15,11 +15,19 @@ pub(super) struct Title {
     pub(super) text: String,
     /// Largest force that is allowed, along the axis that allows least (N).
     pub(super) limit_n: f64,
+    /// Whether there is a camera whose pictures can be asked for.
+    pub(super) pictures: bool,
+    /// What became of the last that was asked for.
+    pub(super) note: String,
 }
 
 /// Draws the whole screen.
 pub(super) fn draw(frame: &mut Frame, title: &Title, status: &RunStatus) {
-    let outer = Block::bordered().title(format!(" {} ", title.text)).title_bottom(keys(status));
+    let mut outer =
+        Block::bordered().title(format!(" {} ", title.text)).title_bottom(keys(status, title.pictures));
+    if !title.note.is_empty() {
+        outer = outer.title_bottom(Line::raw(format!(" {} ", title.note)).right_aligned());
+    }
     let inside = outer.inner(frame.area());
     frame.render_widget(outer, frame.area());
     let [head, bar, trace, readings, message] = Layout::vertical([
@@ -49,10 +57,12 @@ pub(super) fn draw(frame: &mut Frame, title: &Title, status: &RunStatus) {
     frame.render_widget(Paragraph::new(words(status)).style(style).wrap(Wrap { trim: true }), message);
 }
 
-fn keys(status: &RunStatus) -> Line<'static> {
+fn keys(status: &RunStatus, pictures: bool) -> Line<'static> {
     let text = match status.doing {
         Doing::Asking => " Enter: go on · space, q or Ctrl-C: STOP ",
+
         Doing::Done => " any key: close ",
+        _ if pictures => " space, q or Ctrl-C: STOP · p: picture ",
         _ => " space, q or Ctrl-C: STOP ",
     };
     Line::from(Span::styled(text, Style::new().add_modifier(Modifier::REVERSED)))
@@ -165,7 +175,12 @@ mod tests {
 
     fn screen(status: &RunStatus) -> String {
         let mut terminal = Terminal::new(TestBackend::new(84, 18)).expect("a screen");
-        let title = Title { text: "five pokes · simulated bench".to_owned(), limit_n: 4.0 };
+        let title = Title {
+            text: "five pokes · simulated bench".to_owned(),
+            limit_n: 4.0,
+            pictures: true,
+            note: "picture: monday-live.png".to_owned(),
+        };
         terminal.draw(|frame| draw(frame, &title, status)).expect("drawn");
         terminal.backend().to_string()
     }
@@ -208,9 +223,18 @@ mod tests {
         status.trace.extend((0..200).map(|n| 0.8 * (f64::from(n) / 30.0).sin().abs()));
         status.losses.received = 441_000;
         let shown = screen(&status);
-        for words in
-            ["poke 2 of 5", "press", "depth 1.83 mm", "0:42 left", "+0.847 N", "0 lost", "STOP", "1 N"]
-        {
+        for words in [
+            "poke 2 of 5",
+            "press",
+            "depth 1.83 mm",
+            "0:42 left",
+            "+0.847 N",
+            "0 lost",
+            "STOP",
+            "1 N",
+            "p: picture",
+            "monday-live.png",
+        ] {
             assert!(shown.contains(words), "{words} is missing:\n{shown}");
         }
         let seen = HostTime::from_nanos(1);

@@ -1,8 +1,9 @@
 //! A run shown while it goes on: a screen on a terminal, lines otherwise, or nothing.
 
 use super::Context;
+use super::run_picture::LivePicture;
 use super::run_view::{Title, clock, draw};
-use crate::acquire::{Bench, Cause, Doing, Latch, Operator, RunStatus, Watched};
+use crate::acquire::{Cause, Doing, Latch, Operator, RunStatus, Watched};
 use crate::clock::HostTime;
 use ratatui::Terminal;
 use ratatui::backend::CrosstermBackend;
@@ -41,20 +42,23 @@ impl Watch {
     }
 }
 
+/// Whom the keys of somebody who watches reach.
+pub(super) struct Reach<'a> {
+    pub(super) operator: &'a Operator,
+    pub(super) latch: &'a Latch,
+    pub(super) watched: &'a Watched,
+}
+
 /// Shows a run until it is `over`. `agree`: every question was agreed to beforehand.
-#[expect(clippy::too_many_arguments, reason = "what is shown, and whom keys reach")]
 pub(super) fn watch(
     by: Watch,
-    title: &str,
-    bench: &Bench,
-    watched: &Watched,
-    operator: &Operator,
-    latch: &Latch,
+    mut title: Title,
+    mut picture: LivePicture,
+    reach: &Reach<'_>,
     agree: bool,
     over: &dyn Fn() -> bool,
 ) {
-    let limit_n = bench.load.force_n.into_iter().fold(f64::INFINITY, f64::min);
-    let title = Title { text: title.to_owned(), limit_n };
+    let Reach { operator, watched, .. } = reach;
     let screen = if by == Watch::Screen { Screen::open().ok() } else { None };
     let mut lines = Lines { last: None };
     let answer = |status: &RunStatus| {
@@ -69,13 +73,16 @@ pub(super) fn watch(
             while !over() {
                 let status = watched.now();
                 answer(&status);
+                picture.look(watched);
+                picture.note().clone_into(&mut title.note);
                 screen.show(&title, &status);
-                screen.keys(operator, latch);
+                screen.keys(reach);
             }
         }
         None => {
             while !over() {
                 let status = watched.now();
+                picture.look(watched);
                 // What is answered at once waits for nobody.
                 if !answer(&status) && by != Watch::Silent {
                     lines.show(&status);
@@ -105,7 +112,7 @@ impl Screen {
     }
 
     /// Waits for a key for a while, and does what it says.
-    fn keys(&self, operator: &Operator, latch: &Latch) {
+    fn keys(&self, Reach { operator, latch, watched }: &Reach<'_>) {
         match event::poll(PICTURE) {
             Ok(true) => {}
             Ok(false) => return,
@@ -120,6 +127,7 @@ impl Screen {
             KeyCode::Char(' ' | 'q' | 's') | KeyCode::Esc => latch.trip(Cause::Asked, HostTime::now()),
             KeyCode::Char('c') if control_c => latch.trip(Cause::Asked, HostTime::now()),
             KeyCode::Enter => operator.agree(),
+            KeyCode::Char('p') => watched.ask_picture(),
             _ => {}
         }
     }

@@ -23,6 +23,17 @@ pub struct MarkerFrame {
     pub markers: Vec<MarkerPosition>,
 }
 
+/// Where a dot is in a grey picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DotInPicture {
+    /// Centre (px), from the centre of the upper left pixel; where it was last, if it is not certain.
+    pub centre_px: [f64; 2],
+    /// Radius (px).
+    pub radius_px: f64,
+    /// Whether it is certain which one it is, and where.
+    pub certain: bool,
+}
+
 /// A source of marker positions.
 pub trait MarkerSource: Send {
     /// Frames a second.
@@ -37,6 +48,11 @@ pub trait MarkerSource: Send {
     /// The pictures in which the last frame was seen, once; none where it was not seen in pictures.
     fn pictures(&mut self) -> Option<DepthFrame> {
         None
+    }
+
+    /// The dots in the grey picture of the last frame; none where it was not seen in pictures.
+    fn dots(&self) -> &[DotInPicture] {
+        &[]
     }
 
     /// Gives the memory of pictures back for those to come. Nobody has to.

@@ -3,10 +3,10 @@
 use crate::calib::Registration;
 use crate::clock::HostTime;
 use crate::device::{
-    DepthCamera, DepthCameraFormat, DepthCameraIdentity, DepthFrame, DeviceError, FrameLosses, MarkerFrame,
-    MarkerPosition, MarkerSource,
+    DepthCamera, DepthCameraFormat, DepthCameraIdentity, DepthFrame, DeviceError, DotInPicture, FrameLosses,
+    MarkerFrame, MarkerPosition, MarkerSource,
 };
-use crate::track::{Camera, DepthView, GreyView, Settings, State, TrackError, Tracker};
+use crate::track::{Camera, DepthView, Dot, GreyView, Settings, State, TrackError, Tracker};
 
 /// Follows the dots of the first frame in which there are enough of them. Positions are for people who watch: offline the dots are followed
 /// anew, from a better frame and with what is known later.
@@ -16,12 +16,13 @@ pub(super) struct CameraMarkers {
     tracker: Option<Tracker>,
     running: bool,
     pictures: Option<DepthFrame>,
+    dots: Vec<DotInPicture>,
 }
 
 impl CameraMarkers {
     /// Without lens and registration there are pictures, but no positions.
     pub(super) fn new(camera: Box<dyn DepthCamera>, eye: Option<(Camera, Registration)>) -> Self {
-        Self { camera, eye, tracker: None, running: false, pictures: None }
+        Self { camera, eye, tracker: None, running: false, pictures: None, dots: Vec::new() }
     }
 
     /// The markers of a frame; none where the pictures cannot be followed.
@@ -40,10 +41,22 @@ impl CameraMarkers {
             Some(tracker) => tracker,
             none => {
                 let reference = Tracker::reference_dots(&grey, &Settings::default())?;
+                let resting = |dot: &Dot| DotInPicture {
+                    centre_px: dot.centre_px,
+                    radius_px: dot.radius_px(),
+                    certain: false,
+                };
+                self.dots = reference.iter().map(resting).collect();
                 none.insert(Tracker::new(*camera, Settings::default(), &reference)?)
             }
         };
         let seen = tracker.step(&grey, Some(&depth), frame.host.seconds_after(HostTime::from_nanos(0)))?;
+        for (shown, state) in self.dots.iter_mut().zip(&seen.dots) {
+            shown.certain = matches!(state, State::Certain { place: Ok(_), .. });
+            if let State::Certain { dot, .. } = state {
+                (shown.centre_px, shown.radius_px) = (dot.centre_px, dot.radius_px());
+            }
+        }
         let place = |state: &State| match state {
             State::Certain { place: Ok(place), .. } => Some(registration.apply(&place.position_m)),
             State::Certain { place: Err(_), .. } | State::Lost(_) => None,
@@ -66,6 +79,7 @@ impl MarkerSource for CameraMarkers {
             self.running = true;
         }
         let Some(frame) = self.camera.frame(until)? else { return Ok(None) };
+        self.dots.iter_mut().for_each(|dot| dot.certain = false);
         let markers = match self.followed(&frame) {
             // A picture with too few dots is one without markers: it is recorded all the same.
             Err(TrackError::TooFewDots { .. }) => Vec::new(),
@@ -82,6 +96,10 @@ impl MarkerSource for CameraMarkers {
 
     fn pictures(&mut self) -> Option<DepthFrame> {
         self.pictures.take()
+    }
+
+    fn dots(&self) -> &[DotInPicture] {
+        &self.dots
     }
 
     fn recycle(&mut self, pictures: DepthFrame) {

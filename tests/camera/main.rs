@@ -75,11 +75,13 @@ fn markers_of_pictures_are_where_the_dots_are() {
             utf8(&rig),
             "--yes",
             "--lines",
+            "--live",
             "--out",
             utf8(&at("session")),
         ]);
         assert_eq!(code, 0, "{text}{stderr}");
         assert!(text.contains("0 lost, 0 not recorded"), "{text}");
+        assert!(fs::metadata(at("session-live.png")).expect("a picture").len() > 10_000);
         let tracked = at("tracked");
         let (_, text, stderr) = run(&["track", utf8(&at("session")), "--out", utf8(&tracked), "--json"]);
         let json: Value = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {text}{stderr}"));
@@ -118,6 +120,9 @@ fn markers_of_pictures_are_where_the_dots_are() {
         let json: Value = serde_json::from_str(&text).expect("JSON");
         let lag = json["camera_lags_s"][0].as_array().expect("a lag").clone();
         let [lag_ms, sd_ms] = [0, 1].map(|i| 1e3 * lag[i].as_f64().expect("a number"));
+        let again = at("again");
+        let (code, text, stderr) = run(&["replay", utf8(&at("session")), "--out", utf8(&again)]);
+        assert!(code == 0 && text.contains("with pictures, the same one by one"), "{text}{stderr}");
         // What a picture shows while the tip moves says when it was taken.
         let late_ms = lateness_ms(&seen, &truth, &names);
         println!("pictures are {late_ms:.1} ms late; found: {lag_ms:.1} ± {sd_ms:.1} ms");

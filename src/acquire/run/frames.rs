@@ -1,6 +1,7 @@
 //! Frames of markers, and the pictures that they were seen in, from their source to the recorder.
 
 use super::event::event;
+use crate::acquire::glimpse::SeenPicture;
 use crate::acquire::latch::{Cause, Latch, StopOnPanic};
 use crate::acquire::status::Watched;
 use crate::clock::HostTime;
@@ -31,7 +32,11 @@ pub(super) fn fetch(
             Ok(Some(frame)) => {
                 recorder.markers(frame);
                 if let Some(pictures) = source.pictures() {
-                    take_down(&pictures, &mut recorder);
+                    watched.show_picture(|| SeenPicture {
+                        grey: pictures.grey.clone(),
+                        dots: source.dots().to_vec(),
+                    });
+                    record_pictures(&pictures, &mut recorder);
                     source.recycle(pictures);
                 }
                 watched.tell(|status| status.frames += 1);
@@ -53,8 +58,8 @@ pub(super) fn fetch(
     ended
 }
 
-/// Records a frame with its pictures. What cannot be a picture leaves its frame without one.
-fn take_down(frame: &DepthFrame, recorder: &mut Recorder) {
+/// Records a frame of a camera with its pictures. What cannot be a picture leaves its frame without one.
+pub fn record_pictures(frame: &DepthFrame, recorder: &mut Recorder) {
     let DepthFrame { host, number, device_s, grey, depth } = frame;
     recorder.frame(CameraFrame { host: *host, number: *number, device_s: *device_s });
     if let Some(picture) = Picture::of_grey(*host, [grey.width, grey.height], &grey.pixels) {
@@ -121,12 +126,16 @@ mod tests {
         let stops = Arc::new(AtomicU32::new(0));
         let latch = Latch::new(Box::new(Counted(stops.clone())));
         let watched = Watched::default();
+        watched.ask_picture();
         let mut source = Unplugged { given: 0, pictures: None, back: 0 };
         let ended = fetch(&mut source, writer.recorder(), &latch, &watched, &AtomicBool::new(false));
         let said = ended.expect_err("unplugged").to_string();
         assert!(said.contains("/dev/video7"), "{said}");
         assert_eq!(latch.tripped().map(|t| t.cause), Some(Cause::CameraLost));
         assert_eq!((stops.load(Ordering::SeqCst), source.back), (1, 3));
+        // The first, for nobody has asked again.
+        assert_eq!(watched.take_picture().map(|seen| seen.grey.pixels), Some(vec![0; 8]));
+        assert_eq!(watched.take_picture(), None);
         writer.finish(Outcome::Success, Losses::default(), HostTime::now()).expect("finished");
         let session = Session::open(&folder).expect("a session");
         let depths =

@@ -14,5 +14,6 @@ mod pilot;
 mod zero;
 
 pub use conduct::{Conduct, Instruments, Planner, Ran, Stopped, conduct};
+pub use frames::record_pictures;
 pub(in crate::acquire) use pilot::QUICK_LOOK;
 pub use zero::Zero;
