@@ -2,6 +2,7 @@
 
 use super::recorded_run::MESH;
 use super::{Exit, Outcome, UsageError};
+use crate::acquire::record_pictures;
 use crate::clock::HostTime;
 use crate::device::{ForceSensor, MarkerSource, Stage};
 use crate::session::{Message, Replay, Session, SessionWriter, Speed, Topic};
@@ -64,7 +65,16 @@ pub(super) fn run(arguments: &ReplayArguments) -> anyhow::Result<Outcome> {
         }
     }
     let again = Session::open(&arguments.out)?;
-    let streams = [Topic::Force, Topic::Stage, Topic::Markers, Topic::Event, Topic::ClockProbe];
+    let streams = [
+        Topic::Force,
+        Topic::Stage,
+        Topic::Markers,
+        Topic::Frame,
+        Topic::Grey,
+        Topic::Depth,
+        Topic::Event,
+        Topic::ClockProbe,
+    ];
     let differing: Vec<&str> =
         streams.into_iter().filter(|&topic| !same(&session, &again, topic)).map(Topic::name).collect();
     let name = arguments.out.display();
@@ -72,10 +82,11 @@ pub(super) fn run(arguments: &ReplayArguments) -> anyhow::Result<Outcome> {
         let info = again.info()?;
         let records = |topic: Topic| info.topics.get(&topic).map_or(0, |extent| extent.records);
         format!(
-            "{name}: {} force records, {} reports of the stage and {} frames of markers, the same one by one",
+            "{name}: {} force records, {} reports of the stage, {} frames of markers and {} with pictures, the same one by one",
             records(Topic::Force),
             records(Topic::Stage),
-            records(Topic::Markers)
+            records(Topic::Markers),
+            records(Topic::Frame)
         )
     } else {
         format!("{name}: {} differ from what was recorded", differing.join(", "))
@@ -125,6 +136,9 @@ fn replay(session: &Session, speed: Speed, writer: &SessionWriter) -> anyhow::Re
                 while !device.is_over() {
                     if let Some(frame) = device.frame(HostTime::now() + WAIT)? {
                         recorder.markers(frame);
+                    }
+                    if let Some(pictures) = device.pictures() {
+                        record_pictures(&pictures, &mut recorder);
                     }
                 }
                 Ok(())

@@ -5,7 +5,10 @@
 use super::SessionError;
 use super::hash::sha256_hex;
 use crate::clock::HostTime;
-use crate::device::{AXES, ForceFormat, ForceIdentity, Losses, StageIdentity, StageLimits};
+use crate::device::{
+    AXES, DepthCameraFormat, DepthCameraIdentity, ForceFormat, ForceIdentity, Losses, StageIdentity,
+    StageLimits,
+};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -233,6 +236,24 @@ pub struct CameraDocument {
     pub fiducial_sd_m: f64,
     /// The file that says where it stands, where that is known.
     pub registration: Option<HashedText>,
+}
+
+impl CameraDocument {
+    /// Which camera it was, and what its pictures are worth.
+    pub fn device(&self) -> (DepthCameraIdentity, DepthCameraFormat) {
+        let identity = DepthCameraIdentity {
+            backend: self.backend.clone(),
+            source: self.source.clone(),
+            description: String::new(),
+        };
+        let format = DepthCameraFormat {
+            width: self.size_px[0],
+            height: self.size_px[1],
+            rate_hz: self.rate_hz,
+            metres_per_unit: self.metres_per_unit,
+        };
+        (identity, format)
+    }
 }
 
 /// A pinhole with the distortion of Brown and Conrady, as OpenCV orders it.

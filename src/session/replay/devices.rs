@@ -4,11 +4,13 @@ use super::clock::{Line, ReplayClock, Seat, Speed};
 use super::source::Source;
 use crate::clock::HostTime;
 use crate::device::{
-    ClockComparison, DeviceError, ForceFormat, ForceIdentity, ForceRecord, ForceSensor, Losses, MarkerFrame,
-    MarkerSource, Motion, SequenceTracker, Stage, StageIdentity, StageLimits, StageReport, Stopper, Stopping,
+    ClockComparison, DepthCameraFormat, DepthCameraIdentity, DepthFrame, DepthPicture, DeviceError,
+    ForceFormat, ForceIdentity, ForceRecord, ForceSensor, GreyPicture, Losses, MarkerFrame, MarkerSource,
+    Motion, SequenceTracker, Stage, StageIdentity, StageLimits, StageReport, Stopper, Stopping,
 };
 use crate::session::message::Message;
-use crate::session::{Session, SessionError, Topic};
+use crate::session::{CameraDocument, Frames, Session, SessionError, Topic};
+use std::iter::Peekable;
 use std::sync::Arc;
 
 /// A session to be replayed: gives its devices, which keep in step with each other.
@@ -64,9 +66,15 @@ impl Replay {
     /// # Errors
     /// [`SessionError::NoDevice`]: the session was recorded without.
     pub fn markers(&self) -> Result<ReplayMarkers, SessionError> {
-        let document = self.session.start().markers.as_ref().ok_or_else(|| self.without("marker source"))?;
-        let rate_hz = document.rate_hz;
-        Ok(ReplayMarkers { source: self.source(Topic::Markers, Seat::Markers), rate_hz })
+        let start = self.session.start();
+        let document = start.markers.as_ref().ok_or_else(|| self.without("marker source"))?;
+        Ok(ReplayMarkers {
+            source: self.source(Topic::Markers, Seat::Markers),
+            rate_hz: document.rate_hz,
+            frames: self.session.frames().peekable(),
+            pictures: None,
+            camera: start.camera.as_ref().map(CameraDocument::device),
+        })
     }
 
     fn source(&self, topic: Topic, seat: Seat) -> Source {
@@ -235,16 +243,34 @@ const BITS: [&str; 32] = [
     "bit 31",
 ];
 
-/// Marker positions as they were recorded.
+/// Marker positions as they were recorded, with their pictures where there are any.
 pub struct ReplayMarkers {
     source: Source,
     rate_hz: f64,
+    frames: Peekable<Frames>,
+    /// The pictures of the last frame of markers.
+    pictures: Option<DepthFrame>,
+    camera: Option<(DepthCameraIdentity, DepthCameraFormat)>,
 }
 
 impl ReplayMarkers {
     /// Whether everything has been handed out.
     pub fn is_over(&self) -> bool {
         self.source.is_over()
+    }
+
+    /// The pictures of the frame that was grabbed then, if both are there; what is older is passed over.
+    fn pictures_of(&mut self, host: HostTime) -> Option<DepthFrame> {
+        while self.frames.next_if(|f| f.as_ref().is_ok_and(|f| f.frame.host < host)).is_some() {}
+        let recorded = self.frames.next_if(|f| f.as_ref().is_ok_and(|f| f.frame.host == host))?.ok()?;
+        let (grey, depth) = (recorded.grey?.grey()?, recorded.depth?.depth()?);
+        Some(DepthFrame {
+            host,
+            number: recorded.frame.number,
+            device_s: recorded.frame.device_s,
+            grey: GreyPicture { width: grey.size_px[0], height: grey.size_px[1], pixels: grey.values },
+            depth: DepthPicture { width: depth.size_px[0], height: depth.size_px[1], values: depth.values },
+        })
     }
 }
 
@@ -254,9 +280,22 @@ impl MarkerSource for ReplayMarkers {
     }
 
     fn frame(&mut self, until: HostTime) -> Result<Option<MarkerFrame>, DeviceError> {
-        Ok(self.source.take(until)?.and_then(|message| match message {
+        let taken = self.source.take(until)?;
+        let frame = taken.and_then(|message| match message {
             Message::Markers(frame) => Some(frame),
             _ => None,
-        }))
+        });
+        if let Some(frame) = &frame {
+            self.pictures = self.pictures_of(frame.host);
+        }
+        Ok(frame)
+    }
+
+    fn pictures(&mut self) -> Option<DepthFrame> {
+        self.pictures.take()
+    }
+
+    fn camera(&self) -> Option<(&DepthCameraIdentity, &DepthCameraFormat)> {
+        self.camera.as_ref().map(|(identity, format)| (identity, format))
     }
 }

@@ -1,8 +1,11 @@
 //! Do pictures come back as they were, and do they leave room for everything else?
 
 use super::fixtures::{at, force_record, scrambled, start};
-use crate::device::Losses;
-use crate::session::{CameraFrame, Finding, Outcome, Picture, RecordedFrame, Session, SessionWriter, Topic};
+use crate::clock::HostTime;
+use crate::device::{Losses, MarkerFrame, MarkerSource};
+use crate::session::{
+    CameraFrame, Finding, Outcome, Picture, RecordedFrame, Replay, Session, SessionWriter, Speed, Topic,
+};
 use std::sync::mpsc::sync_channel;
 
 const SIZE: [usize; 2] = [64, 48];
@@ -86,6 +89,40 @@ fn pictures_that_pile_up_do_not_crowd_out_force() {
     let dropped = |topic: Topic| stop.dropped.get(topic.name()).copied().unwrap_or(0);
     assert_eq!(dropped(Topic::Grey) + dropped(Topic::Depth) + accepted, 2 * FRAMES);
     assert_eq!((dropped(Topic::Force), dropped(Topic::Frame)), (0, 0));
+}
+
+/// Frame 3 has no depth, frame 5 no markers: what a source of markers hands out has both pictures and markers.
+#[test]
+fn a_replay_hands_out_the_pictures_of_each_frame() {
+    let place = tempfile::tempdir().expect("a folder");
+    let folder = place.path().join("session");
+    let writer = SessionWriter::create(&folder, start()).expect("a new session");
+    let mut recorder = writer.recorder();
+    for n in 0..8 {
+        let (frame, grey, depth) = pictures(n);
+        let seen = MarkerFrame { host: frame.host, number: frame.number, markers: Vec::new() };
+        assert!(n == 5 || recorder.markers(seen));
+        assert!(recorder.frame(frame) && recorder.grey(grey) && (n == 3 || recorder.depth(depth)));
+    }
+    drop(recorder);
+    writer.finish(Outcome::Success, Losses::default(), at(8, 30)).expect("written");
+    let session = Session::open(&folder).expect("a session");
+    let replay = Replay::new(&session, Speed::AsFastAsPossible).expect("a replay");
+    let mut source = replay.markers().expect("markers");
+    let mut found = Vec::new();
+    while !source.is_over() {
+        let Some(seen) = source.frame(HostTime::now()).expect("readable") else { continue };
+        let found_pictures = source.pictures();
+        assert_eq!(source.pictures(), None, "once");
+        let same = found_pictures.map(|p| {
+            let number = u64::from(p.number);
+            assert_eq!((p.host, p.device_s), (seen.host, pictures(number).0.device_s));
+            (number, p.grey.pixels == levels(number) && p.depth.values == depths(number))
+        });
+        found.push((seen.number, same));
+    }
+    let expected = [0, 1, 2, 3, 4, 6, 7].map(|n| (n, (n != 3).then_some((u64::from(n), true))));
+    assert_eq!(found, expected);
 }
 
 #[test]
