@@ -319,7 +319,8 @@ impl Iterator for Messages {
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Held {
     log_time: u64,
-    place: u64,
+    /// Where its chunk begins in the file, and its number there.
+    place: (u64, usize),
     topic: Topic,
     sequence: u32,
     payload: Vec<u8>,
@@ -334,7 +335,6 @@ struct SegmentReader {
     channels: Channels,
     held: BinaryHeap<Reverse<Held>>,
     records: Vec<u8>,
-    place: u64,
 }
 
 impl SegmentReader {
@@ -348,7 +348,6 @@ impl SegmentReader {
             channels: Channels::default(),
             held: BinaryHeap::new(),
             records: Vec::new(),
-            place: 0,
         })
     }
 
@@ -370,16 +369,15 @@ impl SegmentReader {
                 let hole = chunk.hole_of_chunk();
                 return Err(self.damaged(hole.offset, hole.bytes));
             }
-            for raw in self.channels.messages(&self.records) {
+            for (number, raw) in self.channels.messages(&self.records).into_iter().enumerate() {
                 if topics.contains(&raw.topic) {
                     self.held.push(Reverse(Held {
                         log_time: raw.log_time,
-                        place: self.place,
+                        place: (chunk.offset, number),
                         topic: raw.topic,
                         sequence: raw.sequence,
                         payload: raw.payload.to_vec(),
                     }));
-                    self.place += 1;
                 }
             }
         }

@@ -4,9 +4,11 @@ use super::fixtures::{at, force_record, scrambled, start};
 use crate::clock::HostTime;
 use crate::device::{Losses, MarkerFrame, MarkerSource};
 use crate::session::{
-    CameraFrame, Finding, Outcome, Picture, RecordedFrame, Replay, Session, SessionWriter, Speed, Topic,
+    CameraFrame, Event, Finding, Outcome, Picture, RecordedFrame, Replay, Session, SessionWriter, Speed,
+    Topic,
 };
 use std::sync::mpsc::sync_channel;
+use std::time::Duration;
 
 const SIZE: [usize; 2] = [64, 48];
 
@@ -123,6 +125,25 @@ fn a_replay_hands_out_the_pictures_of_each_frame() {
     }
     let expected = [0, 1, 2, 3, 4, 6, 7].map(|n| (n, (n != 3).then_some((u64::from(n), true))));
     assert_eq!(found, expected);
+}
+
+/// What another thread hands over late may begin the chunk that a frame's pictures are in.
+#[test]
+fn a_frame_has_its_pictures_when_they_are_in_a_chunk_that_begins_earlier() {
+    let place = tempfile::tempdir().expect("a folder");
+    let folder = place.path().join("session");
+    let writer = SessionWriter::create(&folder, start()).expect("a new session");
+    let mut recorder = writer.recorder();
+    let (frame, grey, depth) = pictures(5);
+    assert!(recorder.event(Event::new(at(1, 30), "early")) && recorder.frame(frame));
+    // A chunk ends after a tenth of a second.
+    std::thread::sleep(Duration::from_millis(400));
+    assert!(recorder.event(Event::new(at(0, 30), "late")) && recorder.grey(grey) && recorder.depth(depth));
+    drop(recorder);
+    writer.finish(Outcome::Success, Losses::default(), at(8, 30)).expect("written");
+    let session = Session::open(&folder).expect("a session");
+    let found: Vec<RecordedFrame> = session.frames().map(|f| f.expect("sound")).collect();
+    assert!(matches!(found.as_slice(), [RecordedFrame { grey: Some(_), depth: Some(_), .. }]), "{found:?}");
 }
 
 #[test]
