@@ -233,9 +233,12 @@ impl DepthReader {
             for j in i + 1..middles.len() {
                 for k in j + 1..middles.len() {
                     let Some(plane) = through([middles[i], middles[j], middles[k]]) else { continue };
-                    self.scratch.clear();
-                    self.scratch.extend(middles.iter().map(|(at, v)| (v - value(&plane, at)).abs()));
-                    let off = median(&mut self.scratch);
+                    let mut off = [f64::INFINITY; SECTORS];
+                    for (off, (at, v)) in off.iter_mut().zip(&middles) {
+                        *off = (v - value(&plane, at)).abs();
+                    }
+                    off.sort_unstable_by(f64::total_cmp);
+                    let off = off[middles.len() / 2];
                     if best.is_none_or(|(least, _)| off < least) {
                         best = Some((off, plane));
                     }
@@ -326,15 +329,17 @@ fn value(plane: &Vector3<f64>, at: &Vector2<f64>) -> f64 {
     plane[0] + plane[1] * at.x + plane[2] * at.y
 }
 
-fn through(points: [(Vector2<f64>, f64); 3]) -> Option<Vector3<f64>> {
-    let rows = points.map(|(at, _)| Vector3::new(1.0, at.x, at.y).transpose());
-    let matrix = Matrix3::from_rows(&rows);
+fn through([(a, at_a), (b, at_b), (c, at_c)]: [(Vector2<f64>, f64); 3]) -> Option<Vector3<f64>> {
+    let (ab, ac) = (b - a, c - a);
+    let area = ab.perp(&ac);
     // Three sectors side by side hold the plane up badly.
-    let spread = matrix.column(1).amax().max(matrix.column(2).amax());
-    if matrix.determinant().abs() < 0.3 * spread * spread {
+    let spread = a.amax().max(b.amax()).max(c.amax());
+    if area.abs() < 0.3 * spread * spread {
         return None;
     }
-    Some(matrix.try_inverse()? * Vector3::from(points.map(|(_, v)| v)))
+    let (to_b, to_c) = (at_b - at_a, at_c - at_a);
+    let slopes = Vector2::new(to_b * ac.y - to_c * ab.y, to_c * ab.x - to_b * ac.x) / area;
+    Some(Vector3::new(at_a - slopes.dot(&a), slopes.x, slopes.y))
 }
 
 /// Octant of a direction, counted once round.

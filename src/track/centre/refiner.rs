@@ -1,7 +1,7 @@
 //! From something that may be a dot to its centre: a blurred disc where one fits, the centroid of its light elsewhere.
 
 use super::model::BlurredDisc;
-use super::window::{Sample, gather};
+use super::window::{Eight, Sample, gather};
 use super::{fit, moment};
 use crate::track::{GreyView, LightShift};
 use nalgebra::{Matrix2, Vector2};
@@ -47,6 +47,7 @@ const MOMENT_MARGIN: f64 = 5.0;
 #[derive(Default)]
 pub(in crate::track) struct Refiner {
     samples: Vec<Sample>,
+    eights: Vec<Eight>,
 }
 
 impl Refiner {
@@ -65,7 +66,7 @@ impl Refiner {
             rough.base,
         )?;
         gather(view, &start, rough.margin, &mut self.samples);
-        if let Some(fitted) = fit::fit(&self.samples, start) {
+        if let Some(fitted) = fit::fit(&self.samples, start, &mut self.eights) {
             let disc = fitted.disc;
             return Some(Fine {
                 centre: disc.centre(),

@@ -22,30 +22,27 @@ impl Run {
 /// Runs above the levels, by row and then by column.
 pub(super) fn runs_above(view: &GreyView<'_>, levels: &Levels) -> Vec<Run> {
     let [width, height] = view.size();
-    let mut runs = Vec::new();
+    let mut runs: Vec<Run> = Vec::new();
+    let mut blocks: Vec<(usize, u8)> = Vec::new();
     for y in 0..height {
-        let row = view.row(y);
-        let mut from = None;
-        let mut close = |from: &mut Option<u32>, x: usize| {
-            if let Some(from) = from.take() {
-                runs.push(Run { y: y as u32, from, to: x as u32 });
-            }
-        };
-        for (column, block) in row.chunks(BLOCK).enumerate() {
+        if y % BLOCK == 0 {
+            blocks.clear();
+            blocks.extend(levels.exceeded(y / BLOCK));
+        }
+        let (row, first) = (view.row(y), runs.len());
+        for &(column, level) in &blocks {
             let start = column * BLOCK;
-            let Some(level) = levels.exceeded(column, y / BLOCK) else {
-                close(&mut from, start);
-                continue;
-            };
-            for (k, &p) in block.iter().enumerate() {
+            for (x, &p) in (start..).zip(&row[start..(start + BLOCK).min(width)]) {
                 if p <= level {
-                    close(&mut from, start + k);
-                } else if from.is_none() {
-                    from = Some((start + k) as u32);
+                    continue;
+                }
+                let x = x as u32;
+                match runs[first..].last_mut().filter(|last| last.to == x) {
+                    Some(last) => last.to = x + 1,
+                    None => runs.push(Run { y: y as u32, from: x, to: x + 1 }),
                 }
             }
         }
-        close(&mut from, width);
     }
     runs
 }

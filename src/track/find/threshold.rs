@@ -9,10 +9,13 @@ use crate::track::GreyView;
 /// Edge of a block (px).
 pub(super) const BLOCK: usize = 8;
 
+/// Rows that mean and spread are taken from: each of so many.
+const EVERY: usize = 2;
+
 /// Share of the standard deviation of the surroundings.
 const SPREAD: f64 = 0.25;
 
-/// Sums over one block.
+/// Sums over every other row of a block, and the largest level of all of it.
 #[derive(Clone, Copy, Default)]
 struct Block {
     sum: u32,
@@ -38,7 +41,7 @@ impl Levels {
         let mut level = Vec::with_capacity(columns * rows);
         for j in 0..rows {
             let (top, bottom) = (j.saturating_sub(reach), (j + reach + 1).min(rows));
-            let high = (bottom * BLOCK).min(height) - top * BLOCK;
+            let high = ((bottom * BLOCK).min(height) - top * BLOCK).div_ceil(EVERY);
             for i in 0..columns {
                 let (left, right) = (i.saturating_sub(reach), (i + reach + 1).min(columns));
                 let wide = (right * BLOCK).min(width) - left * BLOCK;
@@ -52,10 +55,11 @@ impl Levels {
         Self { columns, level, largest: blocks.iter().map(|b| b.largest).collect() }
     }
 
-    /// The level of a block, or none when no pixel of it exceeds its level.
-    pub(super) fn exceeded(&self, column: usize, row: usize) -> Option<u8> {
-        let at = row * self.columns + column;
-        (self.largest[at] > self.level[at]).then(|| self.level[at])
+    /// Columns and levels of the blocks of a row that have a pixel above their level.
+    pub(super) fn exceeded(&self, row: usize) -> impl Iterator<Item = (usize, u8)> {
+        let blocks = row * self.columns..(row + 1) * self.columns;
+        let both = self.largest[blocks.clone()].iter().zip(&self.level[blocks]).enumerate();
+        both.filter(|(_, (largest, level))| largest > level).map(|(column, (_, level))| (column, *level))
     }
 
     /// The level at a pixel.
@@ -65,36 +69,36 @@ impl Levels {
 }
 
 fn sums(view: &GreyView<'_>, columns: usize, rows: usize) -> Vec<Block> {
-    let [_, height] = view.size();
+    let [width, height] = view.size();
     let mut blocks = vec![Block::default(); columns * rows];
-    for y in 0..height {
-        let line = &mut blocks[(y / BLOCK) * columns..][..columns];
-        let (whole, rest) = view.row(y).as_chunks::<BLOCK>();
-        for (block, pixels) in line.iter_mut().zip(whole) {
-            add::<BLOCK>(block, pixels);
-        }
-        if let Some(last) = line.last_mut().filter(|_| !rest.is_empty()) {
-            for pixel in rest {
-                add::<1>(last, &[*pixel]);
+    // Down the columns first: at most 8 pixels, which overflow neither 16 nor 32 bits. Every other row says enough of mean and spread.
+    let (mut sum, mut squares, mut largest) = (vec![0_u16; width], vec![0_u32; width], vec![0_u8; width]);
+    for (row, line) in blocks.chunks_exact_mut(columns).enumerate() {
+        sum.fill(0);
+        squares.fill(0);
+        largest.fill(0);
+        for y in row * BLOCK..((row + 1) * BLOCK).min(height) {
+            let pixels = view.row(y);
+            for (largest, &p) in largest.iter_mut().zip(pixels) {
+                *largest = (*largest).max(p);
             }
+            if y % EVERY == 0 {
+                for ((sum, squares), &p) in sum.iter_mut().zip(&mut squares).zip(pixels) {
+                    *sum = sum.wrapping_add(u16::from(p));
+                    *squares = squares.wrapping_add(u32::from(u16::from(p).wrapping_mul(u16::from(p))));
+                }
+            }
+        }
+        let across = sum.chunks(BLOCK).zip(squares.chunks(BLOCK)).zip(largest.chunks(BLOCK));
+        for (block, ((sum, squares), largest)) in line.iter_mut().zip(across) {
+            *block = Block {
+                sum: sum.iter().map(|&s| u32::from(s)).sum(),
+                squares: squares.iter().sum(),
+                largest: largest.iter().fold(0, |most, &p| most.max(p)),
+            };
         }
     }
     blocks
-}
-
-fn add<const N: usize>(block: &mut Block, pixels: &[u8; N]) {
-    // At most 8 pixels: the sums cannot overflow 16 and 32 bits.
-    let mut sum = 0_u16;
-    let mut squares = 0_u32;
-    let mut largest = block.largest;
-    for &p in pixels {
-        sum = sum.wrapping_add(u16::from(p));
-        squares = squares.wrapping_add(u32::from(u16::from(p).wrapping_mul(u16::from(p))));
-        largest = largest.max(p);
-    }
-    block.sum += u32::from(sum);
-    block.squares += squares;
-    block.largest = largest;
 }
 
 /// Sums over all blocks above and to the left.
