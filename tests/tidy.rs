@@ -22,7 +22,7 @@ const MAY_IMPORT: [(&str, &[&str]); 20] = [
     ("sim", &["device", "observation"]),
     ("session", &["device"]),
     ("track", &["device"]),
-    ("calib", &["device", "observation"]),
+    ("calib", &["device", "observation", "track"]),
     ("inverse", &["fem", "observation"]),
     ("dataset", &["device", "session", "track", "calib", "observation"]),
     ("diagnose", &["inverse", "fem", "calib", "observation"]),

@@ -5,6 +5,7 @@
 //! | how does the camera frame lie in the phantom frame? | [`register`] on [`Pair`]s, which [`match_constellation`] finds; kept in a [`RegistrationFile`] |
 //! | which way do the stage's axes go, seen by the camera, and how far is a millimetre of theirs? | [`axes_of_motion`] |
 //! | how much later than the force are the pictures? | [`lag_between`] |
+//! | what does the camera's lens do? | [`lens`] |
 //!
 //! Frames: the camera frame has x to the right, y down and z forward; the phantom frame is that of a recording. Metres and seconds.
 
@@ -12,6 +13,7 @@ mod axes;
 mod constellation;
 mod error;
 mod lag;
+pub mod lens;
 mod registration;
 mod registration_file;
 

@@ -1,6 +1,7 @@
 //! What a rig file says of its depth camera: where pictures come from, what they are worth, where the camera stands.
 
 use super::{RigError, RigFile};
+use crate::calib::lens::LensFile;
 use crate::calib::{Registration, RegistrationFile};
 use crate::driver::{ImageFiles, Pace, V4l2Stream, VideoOptions, VideoSource};
 use crate::session::{HashedText, LensDocument};
@@ -29,12 +30,12 @@ pub(super) struct DepthCameraKeys {
     pub(super) depth_unit_mm: f64,
     /// No picture for so long: the camera counts as lost, and the run stops.
     silence_ms: Option<u64>,
+    /// A file of `calibrate camera`, in place of the four below.
+    lens: Option<String>,
     focal_px: Option<[f64; 2]>,
     principal_px: Option<[f64; 2]>,
-    #[serde(default)]
-    radial: [f64; 3],
-    #[serde(default)]
-    tangential: [f64; 2],
+    radial: Option<[f64; 3]>,
+    tangential: Option<[f64; 2]>,
     registration: Option<String>,
     #[serde(default)]
     pub(super) fiducials_mm: Vec<[f64; 3]>,
@@ -128,16 +129,58 @@ impl DepthCameraKeys {
         options
     }
 
-    /// The lens, where the file says what it is.
-    pub(super) fn lens(&self, rig: &RigFile) -> Result<Option<LensDocument>, RigError> {
+    /// The lens, where one is known: as a calibration file says, whose text comes with it, or as the rig file itself does.
+    pub(super) fn lens(&self, rig: &Path) -> Result<Option<(LensDocument, Option<HashedText>)>, RigError> {
+        match &self.lens {
+            Some(name) => Ok(Some(self.calibrated_lens(rig, name)?)),
+            None => Ok(self.written_lens(rig)?.map(|lens| (lens, None))),
+        }
+    }
+
+    fn calibrated_lens(
+        &self,
+        rig: &Path,
+        name: &str,
+    ) -> Result<(LensDocument, Option<HashedText>), RigError> {
+        let refuse = |found: String, expected: &'static str| {
+            Err(RigError::Value { file: rig.to_owned(), key: "camera.lens", found, expected })
+        };
+        let numbers = [
+            ("focal_px", self.focal_px.is_some()),
+            ("principal_px", self.principal_px.is_some()),
+            ("radial", self.radial.is_some()),
+            ("tangential", self.tangential.is_some()),
+        ];
+        if let Some((key, _)) = numbers.into_iter().find(|(_, given)| *given) {
+            return refuse(format!("{name:?} beside {key}"), "a calibration file or numbers, not both");
+        }
+        let (file, text) = text_beside(rig, name)?;
+        let lens = LensFile::parse(&text).map_err(|source| RigError::Lens { file, source })?;
+        if lens.size_px != self.size_px {
+            let [width, height] = lens.size_px;
+            return refuse(
+                format!("a lens for pictures of {width} × {height} pixels"),
+                "one that was found with pictures of size_px",
+            );
+        }
+        let document = LensDocument {
+            focal_px: lens.focal_px,
+            principal_px: lens.principal_px,
+            radial: lens.radial,
+            tangential: lens.tangential,
+        };
+        Ok((document, Some(HashedText::new(text))))
+    }
+
+    fn written_lens(&self, rig: &Path) -> Result<Option<LensDocument>, RigError> {
         let Some(focal_px) = self.focal_px else { return Ok(None) };
         // Without a word the optical axis goes through the middle.
         let middle = self.size_px.map(|s| 0.5 * (s as f64 - 1.0));
         let lens = LensDocument {
             focal_px,
             principal_px: self.principal_px.unwrap_or(middle),
-            radial: self.radial,
-            tangential: self.tangential,
+            radial: self.radial.unwrap_or_default(),
+            tangential: self.tangential.unwrap_or_default(),
         };
         let numbers =
             lens.focal_px.iter().chain(&lens.principal_px).chain(&lens.radial).chain(&lens.tangential);
@@ -145,7 +188,7 @@ impl DepthCameraKeys {
             return Ok(Some(lens));
         }
         Err(RigError::Value {
-            file: rig.file.clone(),
+            file: rig.to_owned(),
             key: "camera.focal_px",
             found: format!("{focal_px:?}"),
             expected: "positive numbers, and a finite principal point and distortion beside them",
@@ -153,15 +196,21 @@ impl DepthCameraKeys {
     }
 
     /// The registration that the file names: its text and what it says.
-    pub(super) fn registration(&self, rig: &RigFile) -> Result<Option<(HashedText, Registration)>, RigError> {
+    pub(super) fn registration(&self, rig: &Path) -> Result<Option<(HashedText, Registration)>, RigError> {
         let Some(name) = &self.registration else { return Ok(None) };
-        let file = rig.file.parent().unwrap_or(Path::new("")).join(name);
-        let text =
-            std::fs::read_to_string(&file).map_err(|source| RigError::Read { file: file.clone(), source })?;
+        let (file, text) = text_beside(rig, name)?;
         let parsed =
             RegistrationFile::parse(&text).map_err(|source| RigError::Registration { file, source })?;
         Ok(Some((HashedText::new(text), parsed.registration())))
     }
+}
+
+/// A file that lies beside the rig file, with its text.
+fn text_beside(rig: &Path, name: &str) -> Result<(PathBuf, String), RigError> {
+    let file = rig.parent().unwrap_or(Path::new("")).join(name);
+    let text =
+        std::fs::read_to_string(&file).map_err(|source| RigError::Read { file: file.clone(), source })?;
+    Ok((file, text))
 }
 
 fn letters(text: &str) -> Option<[char; 4]> {

@@ -1,6 +1,7 @@
 //! Why a rig file cannot be used, or the devices that it names cannot be had.
 
 use crate::calib::CalibError;
+use crate::calib::lens::LensError;
 use crate::driver::DriverError;
 use crate::sim::SimError;
 use crate::sim::pixels::PixelError;
@@ -47,6 +48,14 @@ pub enum RigError {
         file: PathBuf,
         /// Which figure.
         source: PixelError,
+    },
+    /// The camera's lens cannot be used.
+    #[error("{}: no lens", file.display())]
+    Lens {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: LensError,
     },
     /// The camera's registration cannot be used.
     #[error("{}: no registration", file.display())]

@@ -162,16 +162,18 @@ impl RigFile {
         format: &DepthCameraFormat,
     ) -> Result<Option<CameraDocument>, RigError> {
         let Some(keys) = &self.keys.camera else { return Ok(None) };
+        let (lens, lens_file) = keys.lens(&self.file)?.unzip();
         Ok(Some(CameraDocument {
             backend: identity.backend.clone(),
             source: identity.source.clone(),
             rate_hz: format.rate_hz,
             size_px: [format.width, format.height],
             metres_per_unit: format.metres_per_unit,
-            lens: keys.lens(self)?,
+            lens,
+            lens_file: lens_file.flatten(),
             fiducials_m: keys.fiducials_mm.iter().map(|p| p.map(|x| x * MM)).collect(),
             fiducial_sd_m: keys.fiducial_sd_mm * MM,
-            registration: keys.registration(self)?.map(|(text, _)| text),
+            registration: keys.registration(&self.file)?.map(|(text, _)| text),
         }))
     }
 

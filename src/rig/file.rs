@@ -268,6 +268,8 @@ impl RigKeys {
                     "a real one, or a section [simulation.camera]",
                 );
             }
+            camera.lens(file)?;
+            camera.registration(file)?;
         }
         let simulated = [
             ("stage.port", self.stage.port.as_str()),

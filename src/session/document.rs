@@ -228,6 +228,9 @@ pub struct CameraDocument {
     pub metres_per_unit: f64,
     /// Its lens, where it is known.
     pub lens: Option<LensDocument>,
+    /// The calibration file that it was read from; none where the rig file has the numbers.
+    #[serde(default)]
+    pub lens_file: Option<HashedText>,
     /// Points of the bench that it sees, in the phantom frame (m).
     #[serde(default)]
     pub fiducials_m: Vec<[f64; 3]>,

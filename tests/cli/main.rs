@@ -5,6 +5,7 @@ mod completions;
 mod diagnose;
 #[path = "../bundles/fixture.rs"]
 mod fixture;
+mod lens;
 mod mesh_block;
 #[path = "../support/program.rs"]
 mod program;

@@ -1,22 +1,16 @@
-//! `calibrate`: where the camera stands, from what it saw.
+//! `calibrate registration`: where the camera stands, from what it saw.
 
-use super::look::{fiducials, look};
-use super::{Context, Exit, Outcome, StagedFile};
 use crate::calib::{Pair, RegistrationFile, match_constellation, register};
+use crate::cli::look::{fiducials, look};
+use crate::cli::{Context, Exit, Outcome, StagedFile};
 use crate::geometry::Mat3;
 use crate::session::{Session, utc_text};
 use crate::track::Settings;
 use anyhow::{Context as _, bail};
-use clap::{Args, Subcommand};
+use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::SystemTime;
-
-/// What may be calibrated.
-#[derive(Debug, Subcommand)]
-pub(super) enum Calibration {
-    Registration(RegistrationArguments),
-}
 
 /// Finds out where the camera stands, from fiducials that a session shows.
 ///
@@ -26,7 +20,7 @@ pub(super) enum Calibration {
 #[command(after_help = "Examples:
   phantom-rig run rigs/protocols/look.toml --rig rigs/bench.toml --out sessions/look
   phantom-rig calibrate registration sessions/look --out rigs/registration.toml")]
-pub(super) struct RegistrationArguments {
+pub(in crate::cli) struct RegistrationArguments {
     /// A session with pictures
     #[arg(value_name = "SESSION")]
     session: PathBuf,
@@ -41,18 +35,12 @@ pub(super) struct RegistrationArguments {
     force: bool,
 }
 
-pub(super) fn run(what: &Calibration, context: &Context) -> anyhow::Result<Outcome> {
-    match what {
-        Calibration::Registration(arguments) => registration(arguments, context),
-    }
-}
-
 /// Variance of a place besides what scatters from frame to frame (m²): 10 µm. Without it a long rest would count for exact.
 const LASTING_M2: f64 = 1e-10;
 /// Lengths that differ by more than this, and by three deviations, are worth a word.
 const SCALE: f64 = 1e-3;
 
-fn registration(arguments: &RegistrationArguments, context: &Context) -> anyhow::Result<Outcome> {
+pub(super) fn run(arguments: &RegistrationArguments, context: &Context) -> anyhow::Result<Outcome> {
     let session = Session::open(&arguments.session)?;
     let name = arguments.session.display();
     let Some(camera) = &session.start().camera else { bail!("{name}: it has no camera") };

@@ -1,0 +1,8 @@
+//! `calibrate`: reference values and instruments, from what they showed.
+
+mod board_pictures;
+mod camera;
+mod registration;
+mod which;
+
+pub(super) use which::{Calibration, run};
