@@ -81,12 +81,15 @@ pub(super) fn run(arguments: &ReplayArguments) -> anyhow::Result<Outcome> {
     let text = if differing.is_empty() {
         let info = again.info()?;
         let records = |topic: Topic| info.topics.get(&topic).map_or(0, |extent| extent.records);
+        let pictures = match records(Topic::Frame) {
+            0 => String::new(),
+            frames => format!(" and {frames} with pictures"),
+        };
         format!(
-            "{name}: {} force records, {} reports of the stage, {} frames of markers and {} with pictures, the same one by one",
+            "{name}: {} force records, {} reports of the stage, {} frames of markers{pictures}, the same one by one",
             records(Topic::Force),
             records(Topic::Stage),
-            records(Topic::Markers),
-            records(Topic::Frame)
+            records(Topic::Markers)
         )
     } else {
         format!("{name}: {} differ from what was recorded", differing.join(", "))
