@@ -6,12 +6,14 @@
 //! | which way do the stage's axes go, seen by the camera, and how far is a millimetre of theirs? | [`axes_of_motion`] |
 //! | how much later than the force are the pictures? | [`lag_between`] |
 //! | what does the camera's lens do? | [`lens`] |
+//! | what does the export of a testing machine hold? | [`export`] |
 //!
 //! Frames: the camera frame has x to the right, y down and z forward; the phantom frame is that of a recording. Metres and seconds.
 
 mod axes;
 mod constellation;
 mod error;
+pub mod export;
 mod lag;
 pub mod lens;
 mod registration;

@@ -5,7 +5,6 @@ mod completions;
 mod diagnose;
 #[path = "../bundles/fixture.rs"]
 mod fixture;
-mod lens;
 mod mesh_block;
 #[path = "../support/program.rs"]
 mod program;

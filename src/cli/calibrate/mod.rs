@@ -2,6 +2,7 @@
 
 mod board_pictures;
 mod camera;
+mod import;
 mod registration;
 mod which;
 

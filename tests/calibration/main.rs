@@ -1,0 +1,18 @@
+//! `calibrate` as a process: what it finds in pictures and exports that are made here, and what it refuses.
+
+mod import;
+mod lens;
+#[path = "../support/program.rs"]
+mod program;
+
+use program::{run, utf8};
+use std::path::Path;
+
+/// Names in a folder, hidden ones too.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("readable");
+    let mut names: Vec<String> =
+        entries.map(|e| e.expect("readable").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
