@@ -151,6 +151,13 @@ impl Space {
         self.surfaces.get(name).map_or(&[], Vec::as_slice)
     }
 
+    /// Names of the surfaces, in alphabetical order.
+    pub fn surface_names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.surfaces.keys().map(String::as_str).collect();
+        names.sort_unstable();
+        names
+    }
+
     /// Which nodes lie on a named surface.
     pub fn on_surface(&self, name: &str) -> Vec<bool> {
         let mut on = vec![false; self.nodes.len()];

@@ -122,7 +122,8 @@ pub struct PokeView {
     pub radius_m: f64,
     /// The instant of the views below (s): the deepest.
     pub deepest_s: f64,
-    /// Model displacement of every node of the given mesh at that instant (m).
+    /// Model displacement at that instant (m) of every node of the given mesh, and, with elements of second order, of the middles of
+    /// its edges in the order of the nodes of [`Space`](crate::fem::Space).
     pub node_displacement_m: Vec<Vec3>,
     /// Markers seen at that instant.
     pub markers: Vec<MarkerView>,

@@ -7,8 +7,10 @@ use super::problem::Problem;
 use super::restraint::Mounted;
 use super::result::{MarkerView, PokeView, Sample};
 use crate::clock::Rows;
+use crate::fem::Space;
 use crate::geometry::Vec3;
 use crate::observation::Recording;
+use std::collections::HashMap;
 
 /// One view a poke, in the recording's order.
 pub(super) fn poke_views(
@@ -21,6 +23,7 @@ pub(super) fn poke_views(
     chi2_per_value: &[f64],
 ) -> Vec<PokeView> {
     let drive = DriveTrack::new(recording, evidence.driven, &evidence.lifts, &evidence.noise);
+    let nodes = given_nodes(recording, problem);
     let mut views: Vec<(usize, PokeView)> = Vec::with_capacity(recording.pokes.len());
     for (s, (site, map)) in evidence.sites.iter().zip(&prediction.sites).enumerate() {
         for &index in &site.pokes {
@@ -57,7 +60,7 @@ pub(super) fn poke_views(
                     direction: poke.direction,
                     radius_m: poke.radius_m,
                     deepest_s,
-                    node_displacement_m: displaced(recording, problem, mounted, forward, s, &x),
+                    node_displacement_m: displaced(&nodes, problem, mounted, forward, s, &x),
                     markers: markers(recording, evidence, index, deepest_s, &drive, &map.markers),
                     samples,
                     chi2_per_value: chi2_per_value[index],
@@ -69,9 +72,26 @@ pub(super) fn poke_views(
     views.into_iter().map(|(_, view)| view).collect()
 }
 
-/// Displacement of every node of the given mesh (the first nodes of every refinement of it).
+/// The model's nodes at those of elements of its order on the given mesh: its nodes, which are the first of every refinement, and the
+/// middles of its edges, which are nodes of second-order elements whether the edge was cut or not.
+fn given_nodes(recording: &Recording, problem: &Problem<'_>) -> Vec<usize> {
+    let space = problem.bench.model.space();
+    let corners = recording.mesh.nodes.len();
+    let Some(given) = Space::new(&recording.mesh, space.order()).ok().filter(|g| g.nodes().len() > corners)
+    else {
+        return (0..corners).collect();
+    };
+    let key = |p: &Vec3| [p.x, p.y, p.z].map(f64::to_bits);
+    let number: HashMap<[u64; 3], usize> =
+        space.nodes().iter().enumerate().map(|(n, p)| (key(p), n)).collect();
+    let middles: Option<Vec<usize>> =
+        given.nodes()[corners..].iter().map(|p| number.get(&key(p)).copied()).collect();
+    (0..corners).chain(middles.unwrap_or_default()).collect()
+}
+
+/// Displacement of the nodes of [`given_nodes`].
 fn displaced(
-    recording: &Recording,
+    nodes: &[usize],
     problem: &Problem<'_>,
     mounted: &Mounted,
     forward: &Forward<'_>,
@@ -79,11 +99,12 @@ fn displaced(
     drive: &Drive,
 ) -> Vec<Vec3> {
     let Some((tip, discs)) = forward.loads(site, drive) else {
-        return vec![Vec3::zeros(); recording.mesh.nodes.len()];
+        return vec![Vec3::zeros(); nodes.len()];
     };
     let weight = problem.bench.weight_field();
-    (0..recording.mesh.nodes.len())
-        .map(|node| {
+    nodes
+        .iter()
+        .map(|&node| {
             let position = &problem.bench.model.space().nodes()[node];
             let mut u = problem.bench.tip_responses()[site].at_node(node, position, &tip);
             for (disc, f) in mounted.discs.iter().zip(discs.as_slice().chunks_exact(3)) {

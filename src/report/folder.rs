@@ -3,7 +3,8 @@
 use super::document::FitDocument;
 use super::vtk::{write_markers, write_poke, write_restraint};
 use super::{ReportError, page, tables};
-use crate::inverse::Fit;
+use crate::fem::{Order, Space};
+use crate::inverse::{Fit, PokeView};
 use crate::observation::Recording;
 use rayon::prelude::*;
 use serde_json::{Map, Value};
@@ -22,7 +23,9 @@ pub fn write_fit(
     recording: &Recording,
     settings: &Map<String, Value>,
 ) -> Result<Vec<PathBuf>, ReportError> {
-    check_mesh(fit, recording)?;
+    let spaces = [Order::P1, Order::P2].map(|order| Space::new(&recording.mesh, order));
+    let spaces = spaces.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let elements = fit.pokes.iter().map(|poke| elements(&spaces, poke)).collect::<Result<Vec<_>, _>>()?;
     let mut written = Vec::new();
     let mut next = |name: &str| {
         let path = folder.join(name);
@@ -38,13 +41,13 @@ pub fn write_fit(
     let vtk = folder.join("vtk");
     fs::create_dir_all(&vtk).map_err(|source| ReportError::Write { path: vtk, source })?;
     let mut pokes = Vec::with_capacity(fit.pokes.len());
-    for poke in &fit.pokes {
+    for (poke, space) in fit.pokes.iter().zip(&elements) {
         let body = next(&format!("vtk/poke-{:03}.vtu", poke.number));
-        pokes.push((poke, body, next(&format!("vtk/poke-{:03}-markers.vtp", poke.number))));
+        pokes.push((poke, space, body, next(&format!("vtk/poke-{:03}-markers.vtp", poke.number))));
     }
     // Compressing the arrays is most of the work.
-    pokes.par_iter().try_for_each(|(poke, body, markers)| {
-        write_poke(body, &recording.mesh, poke)?;
+    pokes.par_iter().try_for_each(|(poke, space, body, markers)| {
+        write_poke(body, space, poke)?;
         write_markers(markers, poke)
     })?;
     if !fit.patches.is_empty() {
@@ -53,17 +56,15 @@ pub fn write_fit(
     Ok(written)
 }
 
-/// Refuses a fit whose displacements belong to another mesh than the recording's.
-fn check_mesh(fit: &Fit, recording: &Recording) -> Result<(), ReportError> {
-    let nodes = recording.mesh.nodes.len();
-    match fit.pokes.iter().find(|p| p.node_displacement_m.len() != nodes) {
-        None => Ok(()),
-        Some(poke) => Err(ReportError::OtherMesh {
-            poke: poke.number,
-            displacements: poke.node_displacement_m.len(),
-            nodes,
-        }),
-    }
+/// Those elements, of any order, on the recording's mesh whose nodes `poke` displaces.
+fn elements<'s>(spaces: &'s [Space], poke: &PokeView) -> Result<&'s Space, ReportError> {
+    let displacements = poke.node_displacement_m.len();
+    let fitting = spaces.iter().find(|space| space.nodes().len() == displacements);
+    fitting.ok_or_else(|| ReportError::OtherMesh {
+        poke: poke.number,
+        displacements,
+        nodes: spaces.first().map_or(0, |space| space.nodes().len()),
+    })
 }
 
 fn write_text(path: &Path, text: &str) -> Result<(), ReportError> {

@@ -1,6 +1,7 @@
 //! Do the files of `write_fit` say what the fit says?
 
 use super::synthetic;
+use phantom_rig::fem::{Order, Space};
 use phantom_rig::inverse::published::Variant;
 use phantom_rig::inverse::{Fit, FitMethod, PatchKind};
 use phantom_rig::report::{ReportError, Verdict, finding, to_json, trust, verdict, write_fit};
@@ -130,6 +131,21 @@ fn every_file_is_there_and_the_tables_have_a_row_for_each_value() {
     assert_eq!(residuals[3][2], marker.number.to_string());
     let left: f64 = residuals[3][14].parse().expect("a number");
     assert_eq!(left, marker.measured_m.z - marker.modelled_m.z);
+}
+
+#[test]
+fn elements_of_second_order_are_written_as_such() {
+    let (recording, mut fit) = example();
+    let space = Space::new(&recording.mesh, Order::P2).expect("a sound mesh");
+    for poke in &mut fit.pokes {
+        poke.node_displacement_m = space.nodes().iter().map(|p| 0.01 * p).collect();
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    write_fit(folder.path(), &fit, &recording, &settings()).expect("written");
+    let grid = fs::read_to_string(folder.path().join("vtk/poke-001.vtu")).expect("a grid");
+    let (points, cells) = (space.nodes().len(), recording.mesh.tets.len());
+    let piece = format!("<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">");
+    assert!(grid.contains(&piece), "{piece}");
 }
 
 #[test]

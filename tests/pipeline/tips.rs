@@ -2,7 +2,7 @@
 //! which a measurement never is: what is asked here is whether a recording's way through evidence, search and outcome
 //! is right, not how well a tip is modelled (see the verification tests).
 
-use phantom_rig::fem::{self, Model, Order, Resolution, Space, Spot, TipFace, discretise};
+use phantom_rig::fem::{self, Model, Order, Resolution, Space, Spot, TET_EDGES, TipFace, discretise};
 use phantom_rig::geometry::Vec3;
 use phantom_rig::inverse::{Fit, InverseError, Settings, fit};
 use phantom_rig::mesh::{Block, SurfaceIndex, TetMesh, block};
@@ -166,6 +166,25 @@ fn fitted(recording: &Recording) -> Result<Fit, InverseError> {
     fit(recording, &Settings { quick: true, ..Settings::default() }, &mut |_| {})
 }
 
+/// Whether the body's displacements are a quadratic field: one value a node of second-order elements, the middle of an edge off the
+/// mean of its ends by less than the ends are apart (more than a third of it under the tip).
+fn moves_as_second_order(recording: &Recording, found: &Fit) {
+    let space = Space::new(&recording.mesh, Order::P2).expect("sound");
+    for poke in &found.pokes {
+        let u = &poke.node_displacement_m;
+        assert_eq!(u.len(), space.nodes().len());
+        let (mut bent, mut apart) = (0.0, 0.0);
+        for cell in space.cells() {
+            for (k, [i, j]) in TET_EDGES.into_iter().enumerate() {
+                let [a, b, middle] = [cell[i], cell[j], cell[4 + k]].map(|n| u[n as usize]);
+                bent += (middle - 0.5 * (a + b)).norm_squared();
+                apart += (a - b).norm_squared();
+            }
+        }
+        assert!(bent > 0.0 && bent < apart, "poke {}: {bent:e} of {apart:e}", poke.number);
+    }
+}
+
 /// The modulus is right, no restraint is invented, and what is left is noise.
 #[test]
 fn every_tip_is_fitted() {
@@ -176,7 +195,9 @@ fn every_tip_is_fitted() {
         (TipShape::Sphere { radius_m: 0.006 }, Contact::Unilateral),
         (TipShape::Sphere { radius_m: 0.006 }, Contact::Bonded),
     ] {
-        let fit = fitted(&recording(Tip { shape, contact })).expect("a fit");
+        let recording = recording(Tip { shape, contact });
+        let fit = fitted(&recording).expect("a fit");
+        moves_as_second_order(&recording, &fit);
         let (modulus, left) = (fit.young_modulus_pa, fit.residual);
         println!("{shape:?}, {contact:?}: {modulus:?}, {left:?}, {} patches", fit.patches.len());
         // The noise alone leaves about one in a thousand.

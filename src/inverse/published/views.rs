@@ -40,9 +40,7 @@ pub(super) fn views(
             direction: poke.direction,
             radius_m: poke.radius_m,
             deepest_s: m.time_s,
-            node_displacement_m: (0..recording.mesh.nodes.len())
-                .map(|n| at(&field, n) / young_modulus_pa)
-                .collect(),
+            node_displacement_m: (0..field.len() / 3).map(|n| at(&field, n) / young_modulus_pa).collect(),
             markers: markers.collect(),
             samples: samples(recording, poke),
             chi2_per_value: chi2_per_value[m.poke],

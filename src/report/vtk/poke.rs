@@ -2,23 +2,37 @@
 //! model at the deepest instant, its markers with their residuals, the restraint patches.
 
 use super::{Cells, Field, FieldValues, Grid, write_vtp, write_vtu};
+use crate::fem::{Order, Space};
 use crate::geometry::Vec3;
 use crate::inverse::{Patch, PatchKind, PokeView};
-use crate::mesh::TetMesh;
 use crate::report::ReportError;
 use std::path::Path;
 
-/// The phantom at rest with `displacement_m` and, for every named surface, a label that is 1 on its nodes.
-pub(in crate::report) fn write_poke(path: &Path, mesh: &TetMesh, poke: &PokeView) -> Result<(), ReportError> {
-    let groups: Vec<(&str, Vec<u32>)> =
-        mesh.surfaces.keys().map(|name| (name.as_str(), membership(mesh, name))).collect();
+/// The elements of the given mesh at rest, of the order of the fit, with `displacement_m` and, for every named surface, a label that
+/// is 1 on its nodes.
+pub(in crate::report) fn write_poke(path: &Path, space: &Space, poke: &PokeView) -> Result<(), ReportError> {
+    let groups: Vec<(&str, Vec<u32>)> = space
+        .surface_names()
+        .into_iter()
+        .map(|name| (name, space.on_surface(name).into_iter().map(u32::from).collect()))
+        .collect();
     let displacement =
         Field { name: "displacement_m", values: FieldValues::Vectors(&poke.node_displacement_m) };
     let point_fields: Vec<Field<'_>> = std::iter::once(displacement)
         .chain(groups.iter().map(|(name, label)| Field { name, values: FieldValues::Labels(label) }))
         .collect();
-    let cells = Cells::Linear(&mesh.tets);
-    write_vtu(path, &Grid { nodes: &mesh.nodes, cells, point_fields: &point_fields, cell_fields: &[] })
+    let (linear, quadratic);
+    let cells = match space.order() {
+        Order::P1 => {
+            linear = cells_of(space);
+            Cells::Linear(&linear)
+        }
+        Order::P2 => {
+            quadratic = cells_of(space);
+            Cells::Quadratic(&quadratic)
+        }
+    };
+    write_vtu(path, &Grid { nodes: space.nodes(), cells, point_fields: &point_fields, cell_fields: &[] })
 }
 
 /// Markers at rest with measured and modelled displacement and what is left between them.
@@ -58,10 +72,7 @@ pub(in crate::report) fn write_restraint(path: &Path, patches: &[Patch]) -> Resu
     write_vtp(path, &centres, &fields)
 }
 
-fn membership(mesh: &TetMesh, surface: &str) -> Vec<u32> {
-    let mut label = vec![0; mesh.nodes.len()];
-    for node in mesh.surface(surface).as_flattened() {
-        label[*node as usize] = 1;
-    }
-    label
+/// Cells of `N` nodes.
+fn cells_of<const N: usize>(space: &Space) -> Vec<[u32; N]> {
+    space.cells().map(|cell| std::array::from_fn(|i| cell[i])).collect()
 }
