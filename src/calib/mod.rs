@@ -7,20 +7,24 @@
 //! | how much later than the force are the pictures? | [`lag_between`] |
 //! | what does the camera's lens do? | [`lens`] |
 //! | what does the export of a testing machine hold? | [`export`] |
+| what is known without the rig, and does a fit agree with it? | [`reference`] |
 //!
 //! Frames: the camera frame has x to the right, y down and z forward; the phantom frame is that of a recording. Metres and seconds.
 
 mod axes;
 mod constellation;
+mod day;
 mod error;
 pub mod export;
 mod lag;
 pub mod lens;
+pub mod reference;
 mod registration;
 mod registration_file;
 
 pub use axes::{SeenStep, StageAxes, axes_of_motion};
 pub use constellation::match_constellation;
+pub use day::{Day, NoDay};
 pub use error::CalibError;
 pub use lag::{Lag, Track, lag_between};
 pub use registration::{Pair, Registration, register};
