@@ -10,6 +10,7 @@
 //! | what are force sensor and stage worth? | [`instruments`] |
 //! | which of all these hold now, and for which devices? | [`set`] |
 //! | what is known without the rig, and does a fit agree with it? | [`reference`] |
+//! | which parameters fit a model to data, to how many digits? | [`regression`] |
 //!
 //! Frames: the camera frame has x to the right, y down and z forward; the phantom frame is that of a recording. Metres and seconds.
 
@@ -23,6 +24,7 @@ pub mod instruments;
 mod lag;
 pub mod lens;
 pub mod reference;
+pub mod regression;
 mod registration;
 mod registration_file;
 pub mod set;

@@ -1,9 +1,12 @@
 //! `calibrate` as a process: what it finds in pictures and exports that are made here, and what it refuses.
 
+mod certified;
+mod certified_models;
 mod import;
 mod lens;
 #[path = "../support/program.rs"]
 mod program;
+mod shared;
 
 use program::{run, utf8};
 use std::path::Path;
