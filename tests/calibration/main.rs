@@ -2,11 +2,16 @@
 
 mod certified;
 mod certified_models;
+mod bench;
+mod force;
 mod import;
+mod instruments;
 mod lens;
 #[path = "../support/program.rs"]
 mod program;
+mod stage;
 mod shared;
+mod synthetic;
 
 use program::{run, utf8};
 use std::path::Path;
