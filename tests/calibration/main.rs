@@ -3,6 +3,7 @@
 mod certified;
 mod certified_models;
 mod bench;
+mod faults;
 mod force;
 mod import;
 mod instruments;
