@@ -169,15 +169,6 @@ impl CalibrationSet {
         if keys.valid_until < keys.valid_from {
             return Err(refuse(format!("valid from {} until {}", keys.valid_from, keys.valid_until)));
         }
-        let part = |part: &Part| -> Result<(PathBuf, String), SetError> {
-            let place = file.parent().unwrap_or(Path::new("")).join(&part.file);
-            let text = text_of(&place)?;
-            let found = sha256_hex(text.as_bytes());
-            if found == part.sha256 {
-                return Ok((place, text));
-            }
-            Err(SetError::Changed { set: file.to_owned(), file: place, found, expected: part.sha256.clone() })
-        };
         let mut set = Self {
             file: file.to_owned(),
             name: keys.name,
@@ -190,22 +181,23 @@ impl CalibrationSet {
             force_serial: keys.force.as_ref().map(|p| p.serial.clone()).unwrap_or_default(),
             text,
         };
-        if let Some((place, text)) = keys.force.as_ref().map(part).transpose()? {
+        if let Some((place, text)) = keys.force.as_ref().map(|part| named(file, part)).transpose()? {
             set.force = Some((ForceFile::parse(&place, &text)?, text));
         }
-        if let Some((place, text)) = keys.stage.as_ref().map(part).transpose()? {
+        if let Some((place, text)) = keys.stage.as_ref().map(|part| named(file, part)).transpose()? {
             set.stage = Some((StageFile::parse(&place, &text)?, text));
         }
-        if let Some((place, text)) = keys.lens.as_ref().map(part).transpose()? {
+        if let Some((place, text)) = keys.lens.as_ref().map(|part| named(file, part)).transpose()? {
             let lens = LensFile::parse(&text).map_err(|source| SetError::Lens { file: place, source })?;
             set.lens = Some((lens, text));
         }
-        if let Some((place, text)) = keys.registration.as_ref().map(part).transpose()? {
+        if let Some((place, text)) = keys.registration.as_ref().map(|part| named(file, part)).transpose()? {
             let read = RegistrationFile::parse(&text);
             let read = read.map_err(|source| SetError::Registration { file: place, source })?;
             set.registration = Some((read, text));
         }
-        for (place, text) in keys.reference.iter().map(part).collect::<Result<Vec<_>, _>>()? {
+        for part in &keys.reference {
+            let (place, text) = named(file, part)?;
             set.references.push(ReferenceValue::parse(&place, &text)?);
         }
         Ok(set)
@@ -231,6 +223,17 @@ impl CalibrationSet {
         }
         doubts
     }
+}
+
+/// Place and text of a file that a set names, if it is still what it was.
+fn named(set: &Path, part: &Part) -> Result<(PathBuf, String), SetError> {
+    let file = set.parent().unwrap_or(Path::new("")).join(&part.file);
+    let text = text_of(&file)?;
+    let found = sha256_hex(text.as_bytes());
+    if found == part.sha256 {
+        return Ok((file, text));
+    }
+    Err(SetError::Changed { set: set.to_owned(), file, found, expected: part.sha256.clone() })
 }
 
 pub(super) fn text_of(file: &Path) -> Result<String, SetError> {

@@ -35,7 +35,7 @@ pub struct StageFile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisFile {
-    /// Its name: `0` or `1` for the first or second axis of the rig file, or the letter that its rig file gives it.
+    /// Its name: `0` or `1` for the first or second axis of the rig file, or the letters of both; empty where it holds for both.
     pub name: String,
     /// Way made over way asked for, less one.
     pub scale: [f64; 2],
@@ -150,12 +150,11 @@ impl StageFile {
         Ok(read)
     }
 
-    /// What it says of an axis of the rig, by number from 0, or by letter. A table without names of axes is that of all of them.
-    pub fn axis(&self, number: usize, letter: Option<char>) -> Option<&AxisFile> {
-        let letter = letter.map(|l| l.to_lowercase().to_string());
-        self.axis.iter().find(|axis| {
-            let name = axis.name.to_lowercase();
-            name.is_empty() || name == number.to_string() || Some(name) == letter
-        })
+    /// What it says of an axis of the rig, by number from 0. A table without names of axes is that of all of them; letters count in the
+    /// order of the alphabet, as the rig file lists them.
+    pub fn axis(&self, number: usize) -> Option<&AxisFile> {
+        let named = |axis: &&AxisFile| axis.name.is_empty() || axis.name == number.to_string();
+        let numbered = self.axis.iter().any(|axis| axis.name.parse::<usize>().is_ok());
+        self.axis.iter().find(named).or_else(|| self.axis.get(number).filter(|_| !numbered))
     }
 }
