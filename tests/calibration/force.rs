@@ -1,6 +1,6 @@
-//! A force sensor with known faults under dead weights: found within what is stated, a wrong weight named, and the process boundary.
+//! A force sensor with known faults under dead weights: found within what is stated, and a wrong weight named.
 
-use super::bench::{Dice, ForceBench, WeightRow, weights_csv};
+use super::bench::{Dice, ForceBench, WeightRow};
 use nalgebra::Vector3;
 use phantom_rig::calib::instruments::force::{
     DriftLog, ForceFound, Hold, Known, Weights, calibrate_force, drift,

@@ -1,4 +1,4 @@
-//! A stage with known faults against a gauge and a rigid block: found within what is stated, and the process boundary.
+//! A stage with known faults against a gauge and a rigid block: found within what is stated.
 
 use super::bench::{Dice, StageBench, press};
 use phantom_rig::calib::instruments::stage::{

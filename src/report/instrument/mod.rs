@@ -1,0 +1,11 @@
+//! What a person should see of a calibrated instrument, and of a fit beside its reference: a sentence, tables, plots. One file that needs
+//! nothing but itself.
+
+mod comparison;
+mod force;
+mod sheet;
+mod stage;
+
+pub use comparison::comparison_page;
+pub use force::force_page;
+pub use stage::stage_page;
