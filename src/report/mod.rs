@@ -24,7 +24,7 @@ pub use document::to_json;
 pub use error::ReportError;
 pub use experiment::{experiment_text, write_experiment};
 pub use folder::write_fit;
-pub use instrument::{comparison_page, force_page, stage_page};
+pub use instrument::{Curve, SpecimenTable, comparison_page, force_page, specimen_page, stage_page};
 pub use overlay::{MarkedDot, strip};
 pub use page::page;
 pub use vtk::{Cells, Field, FieldValues, Grid, write_vtp, write_vtu};

@@ -1,8 +1,8 @@
 //! `calibrate` as a process: what it finds in pictures and exports that are made here, and what it refuses.
 
+mod bench;
 mod certified;
 mod certified_models;
-mod bench;
 mod faults;
 mod force;
 mod import;
@@ -10,8 +10,9 @@ mod instruments;
 mod lens;
 #[path = "../support/program.rs"]
 mod program;
-mod stage;
 mod shared;
+mod specimen;
+mod stage;
 mod synthetic;
 
 use program::{run, utf8};

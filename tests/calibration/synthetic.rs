@@ -69,10 +69,8 @@ fn the_modulus_of_made_dumbbells_is_found() {
 fn intervals_hold_the_modulus_as_often_as_they_say() {
     let modulus = 60e3;
     let mut rng = ChaCha8Rng::seed_from_u64(20);
-    let settings = dumbbell::Settings {
-        model: Some(dumbbell::Elastic::NeoHookean),
-        ..dumbbell::Settings::default()
-    };
+    let settings =
+        dumbbell::Settings { model: Some(dumbbell::Elastic::NeoHookean), ..dumbbell::Settings::default() };
     let scatter = Normal::new(0.0, 0.04).expect("a deviation");
     let mut held = 0;
     for _ in 0..REPEATS {
@@ -114,7 +112,11 @@ fn slack_and_slope_of_a_made_band_are_found() {
         let made = Stretching::new("made".to_owned(), x, force);
         let found = bands::estimate(&made, &bands::Settings::default()).expect("sound");
         let line = &found.branches[found.chosen].line;
-        println!("slack {slack_mm} mm: {:.3}, slope {slope} N/m: {:.2}", 1e3 * line.slack_m, line.slope_n_per_m);
+        println!(
+            "slack {slack_mm} mm: {:.3}, slope {slope} N/m: {:.2}",
+            1e3 * line.slack_m,
+            line.slope_n_per_m
+        );
         assert!((1e3 * line.slack_m - slack_mm).abs() < 0.05, "{line:?}");
         assert!((line.slope_n_per_m / slope - 1.0).abs() < 0.01, "{line:?}");
     }

@@ -4,8 +4,10 @@
 mod comparison;
 mod force;
 mod sheet;
+mod specimen;
 mod stage;
 
 pub use comparison::comparison_page;
 pub use force::force_page;
+pub use specimen::{Curve, SpecimenTable, specimen_page};
 pub use stage::stage_page;
