@@ -22,7 +22,7 @@ pub(in crate::cli) struct TensileArguments {
     #[command(flatten)]
     read: SpecimenArguments,
     /// Strains that are fitted: lowest and highest
-    #[arg(long, value_name = "LOW,HIGH", value_delimiter = ',', num_args = 2, default_values_t = [0.0, 0.5])]
+    #[arg(long, value_name = "LOW,HIGH", value_delimiter = ',', default_values_t = [0.0, 0.5])]
     strain: Vec<f64>,
 }
 
