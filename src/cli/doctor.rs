@@ -2,16 +2,19 @@
 
 use super::{Context, Exit, Outcome};
 use crate::acquire::stay_resident;
+use crate::calib::Day;
+use crate::calib::set::CalibrationSet;
 use crate::clock::HostTime;
 use crate::dataset::read_mesh;
 use crate::device::{ForceSensor, Losses, MarkerSource, Stage, StageState};
 use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings, serial_ports};
 use crate::rig::{RigError, RigFile};
+use crate::session::utc_text;
 use crate::track::{GreyView, Settings, Tracker};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 /// Looks for devices and says what they answer.
 ///
@@ -64,6 +67,8 @@ pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Res
             Err(error) => findings.push(missing("markers", error)),
         }
         findings.extend(rig.mesh().as_deref().map(mesh));
+        let serial = devices.force.as_ref().ok().map(|found| found.identity().calibration.clone());
+        findings.extend(rig.calibration().map(|set| calibration(set, serial.as_deref())).transpose()?);
     } else {
         let ports = if arguments.port.is_empty() { serial_ports()? } else { arguments.port.clone() };
         if ports.is_empty() {
@@ -157,6 +162,19 @@ fn memory() -> Finding {
         ),
     };
     Finding { text, json: json!({"resident": error.is_none(), "error": error}), good: true }
+}
+
+/// Whether the calibration set holds today, for this sensor.
+fn calibration(set: &CalibrationSet, serial: Option<&str>) -> anyhow::Result<Finding> {
+    let doubts = set.doubts(Day::of_time(&utc_text(SystemTime::now()))?, serial);
+    let told: Vec<String> = doubts.iter().map(ToString::to_string).collect();
+    let [from, until] = set.valid;
+    let state = if told.is_empty() { "sound".to_owned() } else { told.join("; ") };
+    Ok(Finding {
+        text: format!("calibration: {}, {from} to {until}: {state}", set.file.display()),
+        json: json!({"calibration": set.name, "doubts": told}),
+        good: told.is_empty(),
+    })
 }
 
 /// Who answers on a port.

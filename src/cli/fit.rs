@@ -1,6 +1,8 @@
 //! `fit`: a bundle → modulus, restraint, and a folder with a page, `fit.json`, tables and VTK files.
 
+use super::session::CALIBRATION;
 use super::{Context, Exit, Kind, Outcome, StagedFolder, UsageError};
+use crate::calib::sha256_hex;
 use crate::dataset::read_bundle;
 use crate::fem::Order;
 use crate::inverse::published::{Variant, fit_recording};
@@ -122,7 +124,11 @@ pub(super) fn run(arguments: &FitArguments, context: &Context) -> anyhow::Result
     };
     let spinner = context.progress.spinner("writing");
     fitted.remarks.extend(suspicions.iter().map(ToString::to_string));
-    let made_with = made_with(arguments, &settings);
+    let mut made_with = made_with(arguments, &settings);
+    // A bundle of a session carries the set that its numbers were put right by.
+    if let Ok(set) = std::fs::read(arguments.bundle.join(CALIBRATION)) {
+        made_with.insert("calibration_sha256".to_owned(), json!(sha256_hex(&set)));
+    }
     write_fit(folder.path(), &fitted, &recording, &made_with)?;
     folder.finish()?;
     drop(spinner);

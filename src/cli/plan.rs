@@ -2,10 +2,13 @@
 
 use super::planned::{PlannedArguments, draw};
 use super::{Context, Exit, Outcome};
+use crate::calib::Day;
+use crate::session::utc_text;
 use clap::Args;
 use serde_json::json;
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::time::SystemTime;
 
 /// Prints and draws what a protocol will do on a rig, and checks all of it.
 ///
@@ -41,6 +44,13 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
     if let Some(file) = &arguments.draw {
         let _ = write!(table, "\nDrawn: {}", file.display());
     }
+    let today = Day::of_time(&utc_text(SystemTime::now()))?;
+    let doubts: Vec<String> = planned.rig.calibration().map_or_else(Vec::new, |set| {
+        set.doubts(today, None).iter().map(|doubt| format!("{}: {doubt}", set.file.display())).collect()
+    });
+    for doubt in &doubts {
+        let _ = write!(table, "\nnote: {doubt}");
+    }
     let json = json!({
         "format": "phantom-plan/1",
         "name": plan.name,
@@ -50,7 +60,13 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
         "violations": plan.violations.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "missing_mesh": missing,
         "drawing": arguments.draw,
+        "calibration": planned.rig.calibration().map(|set| set.name.clone()),
+        "calibration_doubts": doubts,
     });
-    let exit = if plan.violations.is_empty() && missing.is_none() { Exit::Good } else { Exit::Failed };
+    let exit = match (plan.violations.is_empty() && missing.is_none(), doubts.is_empty()) {
+        (false, _) => Exit::Failed,
+        (true, false) => Exit::Degraded,
+        (true, true) => Exit::Good,
+    };
     Ok(Outcome { exit, text: table, json })
 }

@@ -9,6 +9,8 @@ use super::run_watch::{Reach, Watch, watch};
 use crate::acquire::{
     Cause, Conduct, Instruments, Latch, Operator, Ran, Stopped, Watched, conduct, stay_resident,
 };
+use crate::calib::Day;
+use crate::calib::set::Doubt;
 use crate::clock::HostTime;
 use crate::dataset::write_msh;
 use crate::device::{AXES, ForceFormat, Losses, MarkerSource, Stage, StageLimits, StageState};
@@ -76,6 +78,7 @@ pub(super) fn record(
     if how.clear {
         devices.force.clear_latch()?;
     }
+    calibrated(&planned.rig, &devices.force.identity().calibration)?;
     fits(&planned.rig, devices.stage.limits(), devices.force.format())?;
     stops(&planned.rig, devices.stage.as_ref())?;
     room(parent, planned.plan([0.0, 0.0]).data_bytes())?;
@@ -313,6 +316,18 @@ fn room(folder: &Path, bytes: f64) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Refuses a calibration set of another sensor; one that has expired is only said: what is recorded are the raw readings.
+fn calibrated(rig: &RigFile, serial: &str) -> anyhow::Result<()> {
+    let Some(set) = rig.calibration() else { return Ok(()) };
+    for doubt in set.doubts(Day::of_time(&utc_text(SystemTime::now()))?, Some(serial)) {
+        match doubt {
+            Doubt::OtherSensor { .. } => bail!("{}: {doubt}", set.file.display()),
+            Doubt::NotYet { .. } | Doubt::Expired { .. } => eprintln!("  note: {doubt}"),
+        }
+    }
+    Ok(())
+}
+
 fn start_document(planned: &Planned, devices: &Devices, mesh: &[u8]) -> anyhow::Result<StartDocument> {
     let rig = &planned.rig;
     let camera = match devices.markers.as_ref().and_then(|source| source.camera()) {
@@ -345,6 +360,7 @@ fn start_document(planned: &Planned, devices: &Devices, mesh: &[u8]) -> anyhow::
             markers: 0,
         }),
         camera,
+        calibration: rig.calibration_document(),
         mounting: Some(MountingDocument {
             origin_m,
             axes,

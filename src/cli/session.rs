@@ -14,6 +14,9 @@ use serde_json::json;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+/// In a bundle: the calibration set that its numbers were put right by.
+pub(super) const CALIBRATION: &str = "calibration.toml";
+
 /// What may be done with a session.
 #[derive(Debug, Subcommand)]
 pub(super) enum SessionAction {
@@ -224,6 +227,7 @@ fn export(arguments: &ExportArguments, context: &Context) -> anyhow::Result<Outc
     let mut told = Vec::new();
     let mut remarks = Vec::new();
     let mut lags_s = Vec::new();
+    let mut calibration = Vec::new();
     if let Some(folder) = &arguments.csv {
         let staged = StagedFolder::new(folder, Kind::Tables, arguments.force)?;
         let files = session.export_csv(staged.path())?.len();
@@ -247,11 +251,18 @@ fn export(arguments: &ExportArguments, context: &Context) -> anyhow::Result<Outc
         })?;
         let staged = StagedFolder::new(folder, Kind::Recording, arguments.force)?;
         write_bundle(&from.recording, staged.path()).context("the bundle")?;
+        if let Some(document) = &session.start().calibration {
+            let kept = staged.path().join(CALIBRATION);
+            std::fs::write(&kept, &document.set.text)
+                .with_context(|| format!("{}: can't be written", kept.display()))?;
+        }
         staged.finish()?;
         told.push(format!("{}: {}", folder.display(), counted(from.recording.pokes.len(), "poke", "pokes")));
         pokes = Some(from.recording.pokes.len());
         remarks = from.remarks;
         lags_s = from.camera_lags.iter().map(|lag| lag.map(|l| [l.lag_s, l.sd_s])).collect();
+        calibration = from.calibration;
+        told.extend(calibration.iter().cloned());
         told.extend(from.camera_lags.iter().flatten().map(late));
     }
     told.extend(remarks.iter().map(|r| format!("note: {r}")));
@@ -264,6 +275,7 @@ fn export(arguments: &ExportArguments, context: &Context) -> anyhow::Result<Outc
             "csv": arguments.csv,
             "pokes": pokes,
             "camera_lags_s": lags_s,
+            "calibration": calibration,
             "remarks": remarks,
         }),
     })

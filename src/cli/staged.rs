@@ -28,6 +28,8 @@ pub enum Kind {
     Tables,
     /// The dots of a session's pictures.
     Tracks,
+    /// What an instrument is worth.
+    Calibration,
     /// Files of this program that are needed only while it runs.
     Scratch,
 }
@@ -42,6 +44,7 @@ impl Kind {
             Self::Experiment => "experiment",
             Self::Tables => "tables",
             Self::Tracks => "tracks",
+            Self::Calibration => "calibration",
             Self::Scratch => "scratch",
         }
     }

@@ -52,6 +52,9 @@ pub enum DatasetError {
     /// A session that cannot be read.
     #[error("the session")]
     Session(#[from] crate::session::SessionError),
+    /// The calibration that a session keeps cannot be used.
+    #[error(transparent)]
+    Calibration(#[from] crate::calib::instruments::InstrumentError),
     /// A session that says too little to be a recording.
     #[error("{}: the session lacks {what}", session.display())]
     SessionWithout {

@@ -156,12 +156,24 @@ impl DepthCameraKeys {
         }
         let (file, text) = text_beside(rig, name)?;
         let lens = LensFile::parse(&text).map_err(|source| RigError::Lens { file, source })?;
+        self.found_lens(rig, &lens, text)
+    }
+
+    /// A calibrated lens, if it is one for this camera's pictures.
+    pub(super) fn found_lens(
+        &self,
+        rig: &Path,
+        lens: &LensFile,
+        text: String,
+    ) -> Result<(LensDocument, Option<HashedText>), RigError> {
         if lens.size_px != self.size_px {
             let [width, height] = lens.size_px;
-            return refuse(
-                format!("a lens for pictures of {width} × {height} pixels"),
-                "one that was found with pictures of size_px",
-            );
+            return Err(RigError::Value {
+                file: rig.to_owned(),
+                key: "camera.lens",
+                found: format!("a lens for pictures of {width} × {height} pixels"),
+                expected: "one that was found with pictures of size_px",
+            });
         }
         let document = LensDocument {
             focal_px: lens.focal_px,

@@ -2,6 +2,7 @@
 
 use crate::calib::CalibError;
 use crate::calib::lens::LensError;
+use crate::calib::set::SetError;
 use crate::driver::DriverError;
 use crate::sim::SimError;
 use crate::sim::pixels::PixelError;
@@ -64,6 +65,14 @@ pub enum RigError {
         file: PathBuf,
         /// What is wrong with it.
         source: CalibError,
+    },
+    /// The calibration set cannot be used.
+    #[error("{}: calibration", file.display())]
+    Calibration {
+        /// The rig file.
+        file: PathBuf,
+        /// What is wrong with the set.
+        source: SetError,
     },
     /// The simulated camera cannot be put up.
     #[error("the simulated camera")]

@@ -3,8 +3,10 @@
 use super::file::{ContactWord, RigKeys, ShapeWord};
 use super::reading::without_simulation;
 use super::{RigError, SIMULATED};
+use crate::calib::set::CalibrationSet;
+use crate::calib::{Registration, RegistrationFile};
 use crate::device::{DepthCameraFormat, DepthCameraIdentity, Mounting, SensorMounting, StageLimits};
-use crate::session::CameraDocument;
+use crate::session::{CalibrationDocument, CameraDocument, HashedText, LensDocument};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -15,6 +17,7 @@ pub struct RigFile {
     pub(super) file: PathBuf,
     text: String,
     mounting: Mounting,
+    calibration: Option<CalibrationSet>,
 }
 
 const MM: f64 = 1e-3;
@@ -27,7 +30,49 @@ impl RigFile {
     pub fn read(file: &Path) -> Result<Self, RigError> {
         let (keys, text) = RigKeys::read(file)?;
         let mounting = keys.mounting(file)?;
-        Ok(Self { keys, file: file.to_owned(), text, mounting })
+        let beside = |name: &String| CalibrationSet::read(&file.parent().unwrap_or(Path::new("")).join(name));
+        let calibration = keys.calibration.as_ref().map(beside).transpose();
+        let calibration =
+            calibration.map_err(|source| RigError::Calibration { file: file.to_owned(), source })?;
+        let rig = Self { keys, file: file.to_owned(), text, mounting, calibration };
+        rig.lens()?;
+        rig.camera_stands()?;
+        Ok(rig)
+    }
+
+    /// The calibration set that it names.
+    pub fn calibration(&self) -> Option<&CalibrationSet> {
+        self.calibration.as_ref()
+    }
+
+    /// What a session keeps of the calibration set.
+    pub fn calibration_document(&self) -> Option<CalibrationDocument> {
+        let set = self.calibration.as_ref()?;
+        Some(CalibrationDocument {
+            name: set.name.clone(),
+            set: HashedText::new(set.text.clone()),
+            force: set.force.as_ref().map(|(_, text)| HashedText::new(text.clone())),
+            stage: set.stage.as_ref().map(|(_, text)| HashedText::new(text.clone())),
+        })
+    }
+
+    /// The camera's lens, as its own section says, or else the calibration set.
+    pub(super) fn lens(&self) -> Result<Option<(LensDocument, Option<HashedText>)>, RigError> {
+        let Some(keys) = &self.keys.camera else { return Ok(None) };
+        let set = self.calibration.as_ref().and_then(|set| set.lens.as_ref());
+        match (keys.lens(&self.file)?, set) {
+            (None, Some((lens, text))) => keys.found_lens(&self.file, lens, text.clone()).map(Some),
+            (own, _) => Ok(own),
+        }
+    }
+
+    /// Where the camera stands, as its own section says, or else the calibration set.
+    pub(super) fn camera_stands(&self) -> Result<Option<(HashedText, Registration)>, RigError> {
+        let Some(keys) = &self.keys.camera else { return Ok(None) };
+        let set = self.calibration.as_ref().and_then(|set| set.registration.as_ref());
+        let from_set =
+            |(file, text): &(RegistrationFile, String)| (HashedText::new(text.clone()), file.registration());
+        Ok(keys.registration(&self.file)?.or_else(|| set.map(from_set)))
     }
 
     /// Its name.
@@ -162,7 +207,7 @@ impl RigFile {
         format: &DepthCameraFormat,
     ) -> Result<Option<CameraDocument>, RigError> {
         let Some(keys) = &self.keys.camera else { return Ok(None) };
-        let (lens, lens_file) = keys.lens(&self.file)?.unzip();
+        let (lens, lens_file) = self.lens()?.unzip();
         Ok(Some(CameraDocument {
             backend: identity.backend.clone(),
             source: identity.source.clone(),
@@ -173,7 +218,7 @@ impl RigFile {
             lens_file: lens_file.flatten(),
             fiducials_m: keys.fiducials_mm.iter().map(|p| p.map(|x| x * MM)).collect(),
             fiducial_sd_m: keys.fiducial_sd_mm * MM,
-            registration: keys.registration(&self.file)?.map(|(text, _)| text),
+            registration: self.camera_stands()?.map(|(text, _)| text),
         }))
     }
 

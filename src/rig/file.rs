@@ -29,6 +29,8 @@ const UNIT: f64 = 2e-3;
 pub(super) struct RigKeys {
     pub(super) format: String,
     pub(super) name: String,
+    /// A calibration set of the instruments.
+    pub(super) calibration: Option<String>,
     pub(super) stage: StageKeys,
     pub(super) force: ForceKeys,
     pub(super) markers: Option<MarkerKeys>,

@@ -265,14 +265,14 @@ impl RigFile {
                 keys.options(VideoSource::stacked_pipe(&path, keys.size_px, keys.rate_hz))
             }
         };
-        let lens = keys.lens(&self.file)?.map(|(lens, _)| Camera {
+        let lens = self.lens()?.map(|(lens, _)| Camera {
             size_px: keys.size_px,
             focal_px: lens.focal_px,
             principal_px: lens.principal_px,
             radial: lens.radial,
             tangential: lens.tangential,
         });
-        let registration = keys.registration(&self.file)?.map(|(_, registration)| registration);
+        let registration = self.camera_stands()?.map(|(_, registration)| registration);
         let eye = lens.zip(registration);
         Ok(Box::new(CameraMarkers::new(open_video(&options)?, eye)))
     }

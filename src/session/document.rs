@@ -53,6 +53,9 @@ pub struct StartDocument {
     /// The depth camera, where there is one.
     #[serde(default)]
     pub camera: Option<CameraDocument>,
+    /// The calibration of the instruments, where the rig file names one.
+    #[serde(default)]
+    pub calibration: Option<CalibrationDocument>,
     /// How stage and sensor lie in the phantom frame, where it is known.
     pub mounting: Option<MountingDocument>,
     /// The tip.
@@ -257,6 +260,19 @@ impl CameraDocument {
         };
         (identity, format)
     }
+}
+
+/// Which calibration set was used, with the files of it that readings are put right by. Readings themselves are recorded as they came.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CalibrationDocument {
+    /// Name of the set.
+    pub name: String,
+    /// The set.
+    pub set: HashedText,
+    /// The force sensor's calibration.
+    pub force: Option<HashedText>,
+    /// The stage's.
+    pub stage: Option<HashedText>,
 }
 
 /// A pinhole with the distortion of Brown and Conrady, as OpenCV orders it.

@@ -48,7 +48,7 @@ mod wall;
 mod writer;
 
 pub use document::{
-    CameraDocument, Event, FORMAT, ForceDocument, HashedText, LensDocument, MarkersDocument,
+    CalibrationDocument, CameraDocument, Event, FORMAT, ForceDocument, HashedText, LensDocument, MarkersDocument,
     MountingDocument, Outcome, PhantomDocument, SensorLosses, StageDocument, StartDocument, StopDocument,
     TipDocument,
 };

@@ -1,9 +1,19 @@
 //! `calibrate` as a process: what it finds in pictures and exports that are made here, and what it refuses.
 
+mod bench;
+mod certified;
+mod certified_models;
+mod faults;
+mod force;
 mod import;
+mod instruments;
 mod lens;
 #[path = "../support/program.rs"]
 mod program;
+mod shared;
+mod specimen;
+mod stage;
+mod synthetic;
 
 use program::{run, utf8};
 use std::path::Path;

@@ -78,6 +78,7 @@ pub(crate) fn start_document(
         force: Some(ForceDocument::new(force.identity(), force.format())),
         markers: None,
         camera: None,
+        calibration: None,
         mounting: Some(MountingDocument {
             origin_m: [0.045, 0.075, 0.035],
             axes: [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]],

@@ -11,6 +11,7 @@
 //! What the session does not hold is not made up: a poke that was not finished is left out, and said so.
 
 mod beat;
+mod calibrated;
 mod contacts;
 mod lag;
 mod part;

@@ -1,6 +1,7 @@
 //! One uninterrupted stretch of a session → its pokes, the way of the stage, force and markers, in seconds from its own zero of the force.
 
 use super::beat::put_on_beat;
+use super::calibrated::{Calibrated, sensor};
 use super::contacts::{Contact, Placed, Stroke, contact, inside, placed, strokes};
 use super::lag::camera_lag;
 use super::rows::{Means, Spans};
@@ -8,9 +9,8 @@ use super::times::{Arrivals, lateness};
 use crate::calib::Lag;
 use crate::clock::{DeviceClock, HostTime};
 use crate::dataset::DatasetError;
-use crate::device::{MarkerFrame, MarkerPosition, Mounting, SensorMounting};
-use crate::geometry::Mat3;
-use crate::session::{Event, MountingDocument, Session, SessionError};
+use crate::device::{MarkerFrame, MarkerPosition, Mounting};
+use crate::session::{Event, Session, SessionError};
 
 /// Rows of force a second.
 const ROW_RATE_HZ: f64 = 50.0;
@@ -31,6 +31,8 @@ pub(super) struct Part {
     pub(super) frames: Vec<(f64, Vec<MarkerPosition>)>,
     /// By how much pictures were late, which is taken off; none where there are none, or where nothing tells.
     pub(super) lag: Option<Lag>,
+    /// What the instruments' calibration made of it.
+    pub(super) calibrated: Calibrated,
 }
 
 /// Reads one stretch: a session of one file. None where no poke was finished in it. Pokes of the protocol that it began and did not
@@ -62,7 +64,8 @@ pub(super) fn read_part(
     let origin = HostTime::from_nanos(zero.0);
     let seconds = |ns: u64| HostTime::from_nanos(ns).seconds_after(origin);
 
-    let path = stage_path(part, &mounting, origin, remarks)?;
+    let calibrated = Calibrated::of(start)?;
+    let path = stage_path(part, &mounting, &calibrated, origin, remarks)?;
     let during = |stroke: &Stroke, end_ns: u64| -> Vec<Placed> {
         let (from, to) = (seconds(stroke.began_ns), seconds(end_ns));
         path.iter().filter(|p| (from..=to).contains(&p.0)).copied().collect()
@@ -103,7 +106,7 @@ pub(super) fn read_part(
         }
         let counts: [f64; 6] = std::array::from_fn(|i| f64::from(record.counts[i]) - zero.1[i]);
         let scale = format.scale();
-        let (force, torque) = sensor.on_phantom(std::array::from_fn(|i| counts[i] / scale[i]));
+        let (force, torque) = calibrated.on_phantom(&sensor, std::array::from_fn(|i| counts[i] / scale[i]));
         means.take(time_s, [force.x, force.y, force.z, torque.x, torque.y, torque.z]);
     }
     let mut frames: Vec<(f64, Vec<MarkerPosition>)> = Vec::new();
@@ -133,7 +136,7 @@ pub(super) fn read_part(
         }
     }
     let wrench = means.rows(format.rate_hz);
-    Ok(Some(Part { origin, rest_until_s, touched, path, wrench, frames, lag }))
+    Ok(Some(Part { origin, rest_until_s, touched, path, wrench, frames, lag, calibrated }))
 }
 
 /// From when to when nothing touches the phantom at the beginning of a session: from the zero of the force sensor to the first press; from the
@@ -158,18 +161,11 @@ fn zero_before(events: &[Event], before_ns: u64) -> Option<(u64, [f64; 6])> {
     })
 }
 
-fn sensor(document: &MountingDocument) -> SensorMounting {
-    SensorMounting {
-        to_phantom: Mat3::from_fn(|i, j| document.sensor_to_phantom[i][j]),
-        tip_m: document.sensor_to_tip_m.into(),
-        reads_reaction: document.reads_reaction,
-    }
-}
-
 /// All reports with the tip in the phantom frame, in order of time.
 fn stage_path(
     session: &Session,
     mounting: &Mounting,
+    calibrated: &Calibrated,
     origin: HostTime,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<Placed>, DatasetError> {
@@ -181,7 +177,7 @@ fn stage_path(
         let host_s = report.host.seconds_after(origin);
         let device_s = report.tick_us.map(|tick| arrivals.next(tick, report.host));
         ticks &= device_s.is_some();
-        path.push((device_s, host_s, report.position_m));
+        path.push((device_s, host_s, calibrated.position(report.position_m)));
     }
     let clock = if ticks { arrivals.clock() } else { None };
     if ticks && clock.is_none() && !path.is_empty() {

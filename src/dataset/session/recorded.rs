@@ -31,6 +31,8 @@ pub struct FromSession {
     pub zero: HostTime,
     /// By how much the pictures of each stretch came later than what they show, which is taken off; none where nothing is known of it.
     pub camera_lags: Vec<Option<Lag>>,
+    /// Which calibration of the instruments was used, and what it did; empty where there is none.
+    pub calibration: Vec<String>,
     /// What was left out or is doubtful, for people.
     pub remarks: Vec<String>,
 }
@@ -96,7 +98,7 @@ pub fn read_seen_sessions(
     };
     let wrench = wrench(&whole.wrench);
     let markers = markers(&whole.frames);
-    let noise = noise(&wrench, &markers, rested.rest_until_s, start);
+    let noise = noise(&wrench, &markers, &rested, start);
     let pokes = (1..).zip(&whole.touched).map(|(number, (stroke, contact))| Poke {
         number,
         site: stroke.site,
@@ -123,7 +125,8 @@ pub fn read_seen_sessions(
         wrench,
         markers,
     };
-    Ok(FromSession { recording, zero: rested.origin, camera_lags, remarks })
+    let calibration = rested.calibrated.words;
+    Ok(FromSession { recording, zero: rested.origin, camera_lags, calibration, remarks })
 }
 
 /// From the zero of one stretch to that of another (s). Monotonic clocks of one boot are the same; otherwise the wall clock has to do.
@@ -227,7 +230,8 @@ fn markers(frames: &[(f64, Vec<MarkerPosition>)]) -> Markers {
 }
 
 /// What the instruments did while nothing touched the phantom.
-fn noise(wrench: &Wrench, markers: &Markers, rest_until_s: f64, start: &StartDocument) -> Noise {
+fn noise(wrench: &Wrench, markers: &Markers, rested: &Part, start: &StartDocument) -> Noise {
+    let rest_until_s = rested.rest_until_s;
     let rest = wrench.time_s.partition_point(|&t| t < rest_until_s);
     let spread = |rows: &[[f64; 3]], c: usize, least: f64| {
         let n = rows.len() as f64;
@@ -257,6 +261,6 @@ fn noise(wrench: &Wrench, markers: &Markers, rest_until_s: f64, start: &StartDoc
         torque_nm: std::array::from_fn(|c| spread(&wrench.torque_nm[..rest], c, LEAST[2])),
         marker_m: std::array::from_fn(pooled),
         // A step's rounding is uniform.
-        stage_m: [(step / 12_f64.sqrt()).max(LEAST[0]); 3],
+        stage_m: [(step / 12_f64.sqrt()).hypot(rested.calibrated.place_sd_m).max(LEAST[0]); 3],
     }
 }

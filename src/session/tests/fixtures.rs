@@ -130,6 +130,7 @@ pub(crate) fn start() -> StartDocument {
             markers: 20,
         }),
         camera: None,
+        calibration: None,
         mounting: Some(MountingDocument {
             origin_m: [0.01, 0.05, 0.03],
             axes: [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]],

@@ -1,0 +1,49 @@
+//! Why a band's test gives no stiffness.
+
+use crate::calib::export::ExportError;
+use crate::calib::regression::RegressionError;
+
+/// What is wrong.
+#[derive(Debug, thiserror::Error)]
+pub enum BandError {
+    /// The table lacks a column, or its unit is not known.
+    #[error(transparent)]
+    Table(#[from] ExportError),
+    /// Never stretched.
+    #[error("{place}: no branch of {needed} rows in one direction: nothing was stretched")]
+    NoBranch {
+        /// File and line.
+        place: String,
+        /// Rows needed.
+        needed: usize,
+    },
+    /// The pull on the rig is not reached.
+    #[error(
+        "{label}: a pretension of {wanted:.3} N lies outside of what was measured ({low:.3} to {high:.3} N)"
+    )]
+    Pretension {
+        /// Which band.
+        label: String,
+        /// Pull asked for (N).
+        wanted: f64,
+        /// Least force (N).
+        low: f64,
+        /// Greatest force (N).
+        high: f64,
+    },
+    /// No model came to a minimum.
+    #[error("{label}: no model of the force came to an answer")]
+    NoModel {
+        /// Which band.
+        label: String,
+    },
+    /// A number of bands that is none.
+    #[error("{count} parallel bands; at least one is needed")]
+    Count {
+        /// What was said.
+        count: u32,
+    },
+    /// Wrong input of a regression.
+    #[error(transparent)]
+    Regression(#[from] RegressionError),
+}

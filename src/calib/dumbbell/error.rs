@@ -1,0 +1,73 @@
+//! Why pulls give no modulus.
+
+use crate::calib::export::ExportError;
+use crate::calib::regression::RegressionError;
+
+/// What is wrong.
+#[derive(Debug, thiserror::Error)]
+pub enum DumbbellError {
+    /// The table lacks a column, or its unit is not known.
+    #[error(transparent)]
+    Table(#[from] ExportError),
+    /// Bent or pressed, not pulled.
+    #[error("{place}: the specimen was not pulled but {how}: a dumb-bell's modulus needs a pull")]
+    NotPulled {
+        /// File and line.
+        place: String,
+        /// What was done.
+        how: &'static str,
+    },
+    /// A size that is needed is not said.
+    #[error("{place}: the {what} is not said: say {key} under [specimen] in an override")]
+    NoSize {
+        /// File and line.
+        place: String,
+        /// Which size.
+        what: &'static str,
+        /// Key of the override.
+        key: &'static str,
+    },
+    /// Too few rows inside the strain window.
+    #[error("{label}: {rows} rows between strains {low} and {high}; at least {needed} are needed")]
+    Window {
+        /// Which specimen.
+        label: String,
+        /// Rows found.
+        rows: usize,
+        /// Window's lower end.
+        low: f64,
+        /// Window's upper end.
+        high: f64,
+        /// Rows needed.
+        needed: usize,
+    },
+    /// The force drops while the strain grows.
+    #[error(
+        "{file}, line {line}: the stress falls from {before:.3e} to {after:.3e} Pa at a strain of {strain:.3} while the specimen is pulled on, \
+         and goes on rising: it slipped in the grips, or was torn"
+    )]
+    Slipped {
+        /// The file.
+        file: String,
+        /// Line of the file.
+        line: u64,
+        /// Stress before (Pa).
+        before: f64,
+        /// Stress after (Pa).
+        after: f64,
+        /// Where.
+        strain: f64,
+    },
+    /// No model came to a minimum.
+    #[error("{label}: no model came to a minimum")]
+    NoModel {
+        /// Which specimen.
+        label: String,
+    },
+    /// Wrong input of a regression.
+    #[error(transparent)]
+    Regression(#[from] RegressionError),
+    /// Nothing was given.
+    #[error("no specimen was given")]
+    None,
+}

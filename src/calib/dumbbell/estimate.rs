@@ -1,0 +1,184 @@
+//! Pulls of one material → its Young's modulus with an interval.
+//!
+//! 1. rows of the strain window, above the preload; 2. model by evidence; 3. E of each specimen, its slack taken off; 4. the median over
+//! specimens (ISO 37 reports medians); 5. uncertainty by parts.
+
+use super::DumbbellError;
+use super::elastic::Elastic;
+use super::evidence::{Points, Score, Start, choose, fit_one, median};
+use super::interval::{Budget, Tolerances, uniform};
+use super::pull::Pull;
+
+/// Rows that a window must have.
+const LEAST_ROWS: usize = 8;
+
+/// What may be set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Strains that are fitted.
+    pub window: [f64; 2],
+    /// Preload over the stress at the window's upper end: rows below it are toe.
+    pub preload: f64,
+    /// Only this model; none: by evidence.
+    pub model: Option<Elastic>,
+    /// What sizes and instruments may be off by.
+    pub tolerances: Tolerances,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { window: [0.0, 0.5], preload: 0.02, model: None, tolerances: Tolerances::default() }
+    }
+}
+
+/// One specimen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OfOne {
+    /// File and specimen.
+    pub label: String,
+    /// E (Pa).
+    pub modulus_pa: f64,
+    /// Its standard deviation from the fit alone (Pa).
+    pub sd_pa: f64,
+    /// Strain that was slack.
+    pub slack: f64,
+    /// E where the start is read as a tare instead (Pa).
+    pub modulus_with_tare_pa: Option<f64>,
+    /// All parameters of the model, the slack last.
+    pub parameters: Vec<f64>,
+    /// Rows that were fitted.
+    pub rows: Vec<usize>,
+    /// Root mean square of what is left (Pa).
+    pub left_pa: f64,
+}
+
+/// What is known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Modulus {
+    /// E: median over specimens (Pa).
+    pub modulus_pa: f64,
+    /// Standard uncertainty (Pa).
+    pub sd_pa: f64,
+    /// 90 % interval (Pa).
+    pub interval_90: [f64; 2],
+    /// Chosen model.
+    pub model: Elastic,
+    /// Evidence.
+    pub scores: Vec<Score>,
+    /// Parts of the uncertainty.
+    pub budget: Budget,
+    /// Each specimen.
+    pub specimens: Vec<OfOne>,
+    /// What a reader must know.
+    pub remarks: Vec<String>,
+}
+
+/// Estimates.
+///
+/// # Errors
+/// [`DumbbellError`]: nothing given, too few rows, a specimen that slipped, no minimum.
+pub fn estimate(pulls: &[Pull], settings: &Settings) -> Result<Modulus, DumbbellError> {
+    let mut all: Vec<(Vec<usize>, Points)> = Vec::new();
+    for pull in pulls {
+        let rows = rows(pull, settings)?;
+        let points = rows.iter().map(|r| (pull.strain[*r], pull.stress[*r])).collect();
+        all.push((rows, points));
+    }
+    let first = pulls.first().ok_or(DumbbellError::None)?;
+    let points: Vec<Points> = all.iter().map(|(_, p)| p.clone()).collect();
+    let (scores, best) = choose(&points);
+    let no_model = |label: &str| DumbbellError::NoModel { label: label.to_owned() };
+    let model = settings.model.or(best).ok_or_else(|| no_model(&first.label))?;
+    let mut specimens = Vec::new();
+    for (pull, (rows, points)) in pulls.iter().zip(&all) {
+        let found = fit_one(model, Start::Slack, points).ok_or_else(|| no_model(&pull.label))?;
+        let scale = points.last().map_or(1.0, |p| p.1.abs().max(1.0));
+        specimens.push(OfOne {
+            label: pull.label.clone(),
+            modulus_pa: found.parameters[0],
+            sd_pa: found.sd[0],
+            slack: found.parameters.last().copied().unwrap_or(0.0),
+            modulus_with_tare_pa: fit_one(model, Start::Tare, points).map(|f| f.parameters[0]),
+            left_pa: scale * (found.squares / found.values as f64).sqrt(),
+            parameters: found.parameters,
+            rows: rows.clone(),
+        });
+    }
+    let moduli: Vec<f64> = specimens.iter().map(|s| s.modulus_pa).collect();
+    let modulus_pa = median(&moduli);
+    let budget = budget(first, &specimens, modulus_pa, &settings.tolerances);
+    Ok(Modulus {
+        modulus_pa,
+        sd_pa: budget.total * modulus_pa,
+        interval_90: budget.interval(modulus_pa),
+        model,
+        scores,
+        budget,
+        remarks: remarks(pulls, settings),
+        specimens,
+    })
+}
+
+/// Rows of the window from where the stress stays above the preload.
+fn rows(pull: &Pull, settings: &Settings) -> Result<Vec<usize>, DumbbellError> {
+    let [low, high] = settings.window;
+    let rows = pull.window(low, high);
+    let top = rows.last().map_or(0.0, |r| pull.stress[*r]);
+    let threshold = settings.preload * top;
+    let toe = rows.iter().rposition(|r| pull.stress[*r] < threshold).map_or(0, |i| i + 1);
+    let rows = rows[toe..].to_vec();
+    if rows.len() < LEAST_ROWS {
+        let label = pull.label.clone();
+        return Err(DumbbellError::Window { label, rows: rows.len(), low, high, needed: LEAST_ROWS });
+    }
+    pull.refuse_slip(&rows)?;
+    Ok(rows)
+}
+
+fn budget(first: &Pull, specimens: &[OfOne], modulus: f64, tolerances: &Tolerances) -> Budget {
+    let n = specimens.len() as f64;
+    let over = |half: f64, size: Option<f64>| size.map_or(0.0, |s| uniform(half / s));
+    // Two readings of the start bound what it leaves open.
+    let apart: Vec<f64> =
+        specimens.iter().filter_map(|s| Some((s.modulus_with_tare_pa? - s.modulus_pa) / modulus)).collect();
+    let start = uniform(median(&apart).abs());
+    let shared = [
+        over(tolerances.width_m, first.width_m),
+        over(tolerances.gauge_length_m, first.gauge_length_m),
+        uniform(tolerances.load_cell),
+        if start.is_finite() { start } else { 0.0 },
+    ];
+    let squares: f64 = specimens.iter().map(|s| (s.modulus_pa / modulus - 1.0).powi(2)).sum();
+    let mean = specimens.iter().map(|s| s.modulus_pa / modulus - 1.0).sum::<f64>() / n;
+    let scatter = if specimens.len() > 1 {
+        ((squares - n * mean * mean).max(0.0) / (n - 1.0)).sqrt()
+    } else {
+        tolerances.assumed_scatter
+    };
+    let own = [uniform(tolerances.thickness), specimens.first().map_or(0.0, |s| s.sd_pa / modulus)];
+    Budget::new(shared, own, scatter, specimens.len())
+}
+
+fn remarks(pulls: &[Pull], settings: &Settings) -> Vec<String> {
+    use crate::calib::export::StrainSource;
+    let mut list = Vec::new();
+    if pulls.iter().any(|p| p.source != Some(StrainSource::Extensometer)) {
+        let said = pulls.iter().any(|p| p.source == Some(StrainSource::Crosshead));
+        let how =
+            if said { "is derived from the crosshead" } else { "has a source that the file does not say" };
+        list.push(format!(
+            "the strain {how}: what grips, shoulders and machine give way is in it, and E may be read too low"
+        ));
+    }
+    if let [one] = pulls {
+        let assumed = 100.0 * settings.tolerances.assumed_scatter;
+        list.push(format!(
+            "{}: one specimen; its scatter is assumed to be {assumed} %, not measured; ISO 37 asks for three",
+            one.label
+        ));
+    }
+    if pulls.iter().any(|p| p.width_m.is_none() || p.gauge_length_m.is_none()) {
+        list.push("width or gauge length is not said: the interval leaves its tolerance out".to_owned());
+    }
+    list
+}

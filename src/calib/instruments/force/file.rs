@@ -1,0 +1,147 @@
+//! A force sensor's calibration as a file: TOML with all digits, which a calibration set names and a session keeps.
+
+use super::ForceFound;
+use crate::calib::Day;
+use crate::calib::instruments::InstrumentError;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What the file begins with.
+const FORMAT: &str = "phantom-force-calibration/1";
+
+/// Along which axes directions and levers were given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Frame {
+    /// Those of the sensor, as the drawing of its mounting has them.
+    Sensor,
+    /// Those of the phantom.
+    Phantom,
+}
+
+/// A calibration with where it comes from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ForceFile {
+    format: String,
+    /// When the weights were hung.
+    pub date: Day,
+    /// Serial number of the sensor's own calibration; empty where nobody wrote it down.
+    pub serial: String,
+    /// What its maker wants to be known of it.
+    pub note: String,
+    /// Along which axes the wrench comes out.
+    pub frame: Frame,
+    /// The table of weights.
+    pub table: String,
+    /// SHA-256 of that.
+    pub table_sha256: String,
+    /// Rows used.
+    pub rows: usize,
+    /// Components that were told, 3 or 6.
+    pub told: usize,
+    /// Largest force that was hung (N).
+    pub range_n: f64,
+    /// Largest moment that was hung (N·m).
+    pub range_nm: f64,
+    /// Noise of a row, root mean square (N, N·m).
+    pub noise: [f64; 6],
+    /// Half of a 90 % interval over its standard deviation.
+    pub half_90: f64,
+    /// Reading without load (N, N·m): for the record, a run takes its own zero.
+    pub bias: [f64; 6],
+    /// Its standard deviations.
+    pub bias_sd: [f64; 6],
+    /// Turns the axes of the directions into the sensor's: axis times angle (rad).
+    pub turn_rad: [f64; 3],
+    /// Its standard deviations.
+    pub turn_sd_rad: [f64; 3],
+    /// Rows of the matrix that makes a wrench on the tool of a reading less its zero.
+    pub correction: [[f64; 6]; 6],
+    /// Their standard deviations.
+    pub correction_sd: [[f64; 6]; 6],
+    /// Lines of the table that the others contradict.
+    pub misfits: Vec<u64>,
+}
+
+impl ForceFile {
+    /// The file of a calibration. `table`: name and hash of the weights' table.
+    pub fn new(
+        found: &ForceFound,
+        frame: Frame,
+        date: Day,
+        serial: String,
+        note: String,
+        table: (String, String),
+    ) -> Self {
+        Self {
+            format: FORMAT.to_owned(),
+            date,
+            serial,
+            note,
+            frame,
+            table: table.0,
+            table_sha256: table.1,
+            rows: found.rows,
+            told: found.told,
+            range_n: found.range[0],
+            range_nm: found.range[1],
+            noise: found.noise,
+            half_90: found.half_90,
+            bias: found.bias,
+            bias_sd: found.bias_sd,
+            turn_rad: found.turn_rad,
+            turn_sd_rad: found.turn_sd_rad,
+            correction: found.correction,
+            correction_sd: found.correction_sd,
+            misfits: found.misfits.iter().map(|misfit| misfit.line).collect(),
+        }
+    }
+
+    /// Its text.
+    ///
+    /// # Errors
+    /// [`InstrumentError::File`]: a value that TOML cannot hold.
+    pub fn text(&self) -> Result<String, InstrumentError> {
+        toml::to_string(self)
+            .map_err(|error| InstrumentError::File { file: "force.toml".into(), why: error.to_string() })
+    }
+
+    /// Reads and checks a text; `file` is for messages.
+    ///
+    /// # Errors
+    /// [`InstrumentError::File`]: no TOML, another format, a key missing or unknown, numbers that cannot be.
+    pub fn parse(file: &Path, text: &str) -> Result<Self, InstrumentError> {
+        let refuse = |why: String| Err(InstrumentError::File { file: file.to_owned(), why });
+        let read: Self = match toml::from_str(text) {
+            Ok(read) => read,
+            Err(error) => return refuse(error.to_string().trim_end().to_owned()),
+        };
+        if read.format != FORMAT {
+            return refuse(format!("format is {:?}; expected {FORMAT:?}", read.format));
+        }
+        let numbers = read.correction.iter().flatten();
+        if let Some(bad) = numbers.clone().find(|x| !x.is_finite()) {
+            return refuse(format!("correction holds {bad}"));
+        }
+        if read.correction_sd.iter().flatten().chain(&read.noise).any(|sd| !(sd.is_finite() && *sd >= 0.0)) {
+            return refuse("a standard deviation is negative or no number".to_owned());
+        }
+        let matrix = nalgebra::Matrix6::from_fn(|i, j| read.correction[i][j]);
+        if matrix.try_inverse().is_none() {
+            return refuse("correction cannot be inverted: a reading that answers to nothing".to_owned());
+        }
+        Ok(read)
+    }
+
+    /// The wrench on the tool, from a reading (N, N·m) less its zero.
+    pub fn wrench(&self, reading: [f64; 6]) -> [f64; 6] {
+        self.correction.map(|row| row.iter().zip(reading).map(|(c, r)| c * r).sum())
+    }
+
+    /// Standard deviation of each component of a wrench of this reading that the calibration leaves.
+    pub fn wrench_sd(&self, reading: [f64; 6]) -> [f64; 6] {
+        self.correction_sd
+            .map(|row| row.iter().zip(reading).map(|(sd, r)| (sd * r).powi(2)).sum::<f64>().sqrt())
+    }
+}

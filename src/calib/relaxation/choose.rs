@@ -1,0 +1,164 @@
+//! Which model, with how many terms? The one that best predicts what its fit did not see.
+//!
+//! One recording: models are fitted to the ramp and the first part of the hold, compared on the next part, refitted to both, and the winner's error is
+//! taken on the last part, which neither saw. Several recordings: each is predicted from the others; the score is the mean over them. A model with
+//! more parameters must be better by a tenth, or the simpler one stays (one-standard-error rule in spirit: Hastie, Tibshirani and
+//! Friedman 2009, The Elements of Statistical Learning, 7.10).
+
+use super::RelaxationError;
+use super::law::{Kind, Law};
+use super::recording::{Phase, Recording};
+use super::search::{deviation, rows_until, search};
+
+/// What may be set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Share of the hold that models are fitted to when they are compared.
+    pub compared_to: f64,
+    /// Share of the hold that the chosen model is fitted to; it is tested on the rest.
+    pub fitted_to: f64,
+    /// Free terms at most.
+    pub most_terms: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { compared_to: 0.35, fitted_to: 0.6, most_terms: 6 }
+    }
+}
+
+/// How much better a model with more parameters must predict.
+const BETTER: f64 = 0.9;
+
+/// A model that was tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tried {
+    /// Which.
+    pub kind: Kind,
+    /// Root mean square of what it missed in data that it had not seen, over their deviations (one hundredth of the peak where none are
+    /// stated); none where it had no value.
+    pub score: Option<f64>,
+}
+
+/// The model that was chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// With the parameters of the last fit.
+    pub law: Law,
+    /// All that were tried.
+    pub tried: Vec<Tried>,
+    /// For each recording, what it misses in rows that its fit did not see: rows with residuals (N or Pa), measured less predicted.
+    pub unseen: Vec<Vec<(usize, f64)>>,
+}
+
+impl Choice {
+    /// Greatest of what is missed in unseen rows over the peak, by recording.
+    pub fn worst_share(&self, recordings: &[Recording]) -> Vec<f64> {
+        let share = |(r, rows): (&Recording, &Vec<(usize, f64)>)| {
+            rows.iter().fold(0.0, |m: f64, (_, left)| m.max(left.abs())) / (r.peak() - r.zero())
+        };
+        recordings.iter().zip(&self.unseen).map(share).collect()
+    }
+
+    /// Share of unseen rows within two stated deviations, by recording.
+    pub fn within_two_sd(&self, recordings: &[Recording]) -> Vec<f64> {
+        let share = |(r, rows): (&Recording, &Vec<(usize, f64)>)| {
+            let within = rows.iter().filter(|(row, left)| left.abs() <= 2.0 * deviation(r, *row)).count();
+            within as f64 / rows.len().max(1) as f64
+        };
+        recordings.iter().zip(&self.unseen).map(share).collect()
+    }
+}
+
+/// Chooses.
+///
+/// # Errors
+/// [`RelaxationError::NoModel`].
+pub fn choose(recordings: &[Recording], settings: &Settings) -> Result<Choice, RelaxationError> {
+    let kinds = kinds(settings.most_terms);
+    let mut tried: Vec<Tried> = Vec::new();
+    for kind in &kinds {
+        let score = match recordings {
+            [one] => later(*kind, one, settings),
+            several => across(*kind, several).map(|all| rms(several, &all)),
+        };
+        tried.push(Tried { kind: *kind, score });
+    }
+    let mut best: Option<(&Tried, f64)> = None;
+    for candidate in &tried {
+        let Some(score) = candidate.score.filter(|s| s.is_finite()) else { continue };
+        if best.is_none_or(|(_, least)| score < BETTER * least) {
+            best = Some((candidate, score));
+        }
+    }
+    let none = RelaxationError::NoModel { tried: kinds.len() };
+    let Some((kind, _)) = best.map(|(t, s)| (t.kind, s)) else { return Err(none) };
+    let (law, unseen) = match recordings {
+        [one] => {
+            let law = search(kind, &[(one, rows_until(one, settings.fitted_to))]);
+            let Some(law) = law else { return Err(none) };
+            let left = left_of(&law, one, settings.fitted_to, 1.0);
+            (law, vec![left])
+        }
+        several => {
+            let seen: Vec<_> = several.iter().map(|r| (r, rows_until(r, 1.0))).collect();
+            let Some(law) = search(kind, &seen) else { return Err(none) };
+            (law, across(kind, several).unwrap_or_default())
+        }
+    };
+    Ok(Choice { law, tried, unseen })
+}
+
+/// From few parameters to many.
+fn kinds(most_terms: usize) -> Vec<Kind> {
+    let mut kinds = Vec::new();
+    for (stiffens, apart) in [(false, false), (true, false), (true, true)] {
+        kinds.extend((0..=most_terms).map(|terms| Kind { terms, stiffens, apart }));
+    }
+    kinds.sort_by_key(Kind::parameters);
+    kinds
+}
+
+fn left_of(law: &Law, recording: &Recording, from: f64, to: f64) -> Vec<(usize, f64)> {
+    let hold = recording.rows(Phase::Hold);
+    let (start, end) = (recording.time_s[hold[0]], recording.time_s[hold[hold.len() - 1]]);
+    let modelled = law.force(recording);
+    let inside = |r: &usize| {
+        let share = (recording.time_s[*r] - start) / (end - start);
+        share > from && share <= to
+    };
+    hold.into_iter().filter(inside).map(|r| (r, recording.force[r] - modelled[r])).collect()
+}
+
+fn later(kind: Kind, recording: &Recording, settings: &Settings) -> Option<f64> {
+    let law = search(kind, &[(recording, rows_until(recording, settings.compared_to))])?;
+    let left = left_of(&law, recording, settings.compared_to, settings.fitted_to);
+    Some(rms(std::slice::from_ref(recording), &[left]))
+}
+
+/// Each recording predicted from the others.
+fn across(kind: Kind, recordings: &[Recording]) -> Option<Vec<Vec<(usize, f64)>>> {
+    (0..recordings.len())
+        .map(|out| {
+            let seen: Vec<_> = recordings
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| *i != out)
+                .map(|(_, r)| (r, rows_until(r, 1.0)))
+                .collect();
+            let law = search(kind, &seen)?;
+            let modelled = law.force(&recordings[out]);
+            let known = |r: &usize| recordings[out].phase[*r] != Phase::Unloading;
+            let rows = (0..modelled.len()).filter(known);
+            Some(rows.map(|r| (r, recordings[out].force[r] - modelled[r])).collect())
+        })
+        .collect()
+}
+
+fn rms(recordings: &[Recording], left: &[Vec<(usize, f64)>]) -> f64 {
+    let squares = recordings.iter().zip(left).flat_map(|(recording, rows)| {
+        rows.iter().map(move |(row, left)| (left / deviation(recording, *row)).powi(2))
+    });
+    let all: Vec<f64> = squares.collect();
+    (all.iter().sum::<f64>() / all.len().max(1) as f64).sqrt()
+}

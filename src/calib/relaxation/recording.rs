@@ -1,0 +1,152 @@
+//! Ramp, hold and unloading of one specimen, from a table.
+
+use super::RelaxationError;
+use crate::calib::export::{Column, Quantity, Table};
+
+/// Deformation that is left from the end of the ramp on, over the whole ramp.
+const RAMP_END: f64 = 0.01;
+/// Deformation by which a hold may creep, over the whole ramp.
+const HELD: f64 = 0.03;
+/// Rows that a hold must have.
+const LEAST_ROWS: usize = 8;
+/// How far a hold may yield by its end, over the whole ramp.
+const CREEP: f64 = 0.001;
+/// Rows before the way back that may belong to it: the crosshead turns before its encoder tells.
+const TURNING: usize = 3;
+/// Deformation below which nothing moves yet, over the whole ramp.
+const REST: f64 = 0.004;
+
+/// What happens at a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// Before it moves.
+    Rest,
+    /// Going to the hold.
+    Ramp,
+    /// Held.
+    Hold,
+    /// On the way back.
+    Unloading,
+}
+
+/// A test. Lists are of one length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// File and specimen.
+    pub label: String,
+    /// Time (s).
+    pub time_s: Vec<f64>,
+    /// Deformation from the start, positive in the direction of the ramp (m or 1).
+    pub deformation: Vec<f64>,
+    /// Force, positive in the direction of the ramp (N or Pa).
+    pub force: Vec<f64>,
+    /// Its standard deviation, where the file says one.
+    pub force_sd: Option<Vec<f64>>,
+    /// What happens.
+    pub phase: Vec<Phase>,
+    /// Line of the file.
+    pub lines: Vec<u64>,
+    /// Unit of the deformation in SI.
+    pub deformation_unit: &'static str,
+    /// Unit of the force in SI.
+    pub force_unit: &'static str,
+}
+
+impl Recording {
+    /// From a table with times, a deformation (gap, extension or strain) and a force or stress; a column `SD` is the latter's deviation.
+    ///
+    /// # Errors
+    /// [`RelaxationError`]: columns that are missing or without a unit, no ramp, no hold, no force.
+    pub fn from_table(table: &Table) -> Result<Self, RelaxationError> {
+        let first = |choices: &[Quantity]| {
+            let found = choices.iter().find(|q| table.all(**q).next().is_some());
+            *found.unwrap_or(&choices[0])
+        };
+        let deformation = first(&[Quantity::Strain, Quantity::Gap, Quantity::Extension]);
+        let force = first(&[Quantity::Force, Quantity::Stress]);
+        let series = table.series(&[Quantity::Time, deformation, force])?;
+        let [time, place, load] = &series.values[..] else { unreachable!("three were asked for") };
+        let at = format!("{}", table.place);
+        let spread = |v: &[f64]| {
+            v.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+                - v.iter().copied().fold(f64::INFINITY, f64::min)
+        };
+        if !(spread(place) > 0.0) {
+            return Err(RelaxationError::NoRamp { place: at, spread: 0.0 });
+        }
+        let start = place[0];
+        let farthest =
+            place.iter().map(|p| p - start).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        let way = farthest.signum();
+        let deformation_list: Vec<f64> = place.iter().map(|p| way * (p - start)).collect();
+        let peak =
+            load.iter().map(|f| f - load[0]).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        if peak == 0.0 {
+            return Err(RelaxationError::NoForce { place: at, force: peak });
+        }
+        let force_list: Vec<f64> = load.iter().map(|f| peak.signum() * f).collect();
+        let phase = phases(&deformation_list);
+        let held = phase.iter().filter(|p| **p == Phase::Hold).count();
+        if held < LEAST_ROWS {
+            return Err(RelaxationError::NoHold { place: at, rows: held, needed: LEAST_ROWS });
+        }
+        let sd = table.columns.iter().find(|c| is_sd(c) && c.printed.len() == table.lines.len());
+        let scale = table.column(force)?.si_or_why()?[0] / table.column(force)?.printed[0];
+        let force_sd = sd.filter(|_| series.lines.len() == table.lines.len());
+        Ok(Self {
+            label: table.place.origin.file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            time_s: time.clone(),
+            deformation: deformation_list,
+            force: force_list,
+            force_sd: force_sd.map(|c| c.printed.iter().map(|v| (v * scale).abs()).collect()),
+            phase,
+            lines: series.lines.clone(),
+            deformation_unit: if deformation == Quantity::Strain { "" } else { "m" },
+            force_unit: if force == Quantity::Force { "N" } else { "Pa" },
+        })
+    }
+
+    /// Rows of a phase.
+    pub fn rows(&self, phase: Phase) -> Vec<usize> {
+        (0..self.phase.len()).filter(|r| self.phase[*r] == phase).collect()
+    }
+
+    /// Greatest force.
+    pub fn peak(&self) -> f64 {
+        self.force.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Mean force before it moves; zero where the recording begins with the ramp.
+    pub fn zero(&self) -> f64 {
+        let rest = self.rows(Phase::Rest);
+        if rest.len() < 5 {
+            return 0.0;
+        }
+        rest.iter().map(|r| self.force[*r]).sum::<f64>() / rest.len() as f64
+    }
+}
+
+fn is_sd(column: &Column) -> bool {
+    let name = column.name.trim().to_lowercase();
+    ["sd", "std", "stdev", "standard deviation"].contains(&name.as_str())
+}
+
+/// The hold is where the deformation stays close to its greatest; before it the ramp, behind it the way back.
+fn phases(deformation: &[f64]) -> Vec<Phase> {
+    let whole = deformation.iter().copied().fold(0.0, f64::max);
+    let first = deformation.iter().position(|d| *d >= (1.0 - RAMP_END) * whole).unwrap_or(0);
+    let held = |d: &f64| *d >= (1.0 - HELD) * whole;
+    let last = deformation.iter().rposition(held).unwrap_or(first);
+    // The hold's own end: a little of the way back is still close to it.
+    let level = deformation[(first + last) / 2];
+    let last = (first..=last).rev().find(|r| deformation[*r] >= level - CREEP * whole).unwrap_or(last);
+    let last = if last + 1 < deformation.len() { last.saturating_sub(TURNING).max(first) } else { last };
+    (0..deformation.len())
+        .map(|row| match row {
+            r if r > last => Phase::Unloading,
+            r if r >= first => Phase::Hold,
+            r if deformation[..=r].iter().all(|d| d.abs() <= REST * whole) => Phase::Rest,
+            _ => Phase::Ramp,
+        })
+        .collect()
+}

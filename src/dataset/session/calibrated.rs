@@ -1,0 +1,137 @@
+//! What the calibration set of a session makes of readings and reports.
+//!
+//! - **Force.** A reading less its zero becomes the wrench on the tool by the sensor's correction C (`calib::instruments::force`), before the sensor's
+//!   mounting turns it into the phantom frame. Where weights were hung along the phantom's axes, C contains that turn, and the mounting's is
+//!   taken back.
+//! - **Stage.** A reported position p becomes p (1 + scale), about the stage's zero. What its backlash and scatter leave open goes into the
+//!   stated noise of the stage.
+
+use crate::calib::instruments::InstrumentError;
+use crate::calib::instruments::force::{ForceFile, Frame};
+use crate::calib::instruments::stage::StageFile;
+use crate::device::{AXES, SensorMounting};
+use crate::geometry::{Mat3, Vec3};
+use crate::session::{CalibrationDocument, StartDocument};
+use std::path::Path;
+
+/// The calibration of one session.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Calibrated {
+    force: Option<ForceFile>,
+    scale: [f64; AXES],
+    /// Standard deviation that backlash and scatter leave of a place (m).
+    pub(super) place_sd_m: f64,
+    /// What was used, for people.
+    pub(super) words: Vec<String>,
+}
+
+impl Calibrated {
+    /// What a session's start document says.
+    pub(super) fn of(start: &StartDocument) -> Result<Self, InstrumentError> {
+        let Some(CalibrationDocument { name, set, force, stage }) = &start.calibration else {
+            return Ok(Self::default());
+        };
+        let mut found = Self::default();
+        let digits = set.sha256.get(..12).unwrap_or(&set.sha256);
+        found.words.push(format!("calibration set {name:?} (SHA-256 {digits}…)"));
+        if let Some(text) = force {
+            let file = ForceFile::parse(Path::new("force calibration of the session"), &text.text)?;
+            found.words.push(format!(
+                "force: gains and cross-talk of {} taken out; up to {:.2} N its uncertainty leaves {:.2} % of a force",
+                file.date,
+                file.range_n,
+                100.0 * (0..3).map(|i| file.correction_sd[i][i]).fold(0.0, f64::max)
+            ));
+            found.force = Some(file);
+        }
+        if let Some(text) = stage {
+            let file = StageFile::parse(Path::new("stage calibration of the session"), &text.text)?;
+            for number in 0..AXES {
+                let Some(axis) = file.axis(number) else { continue };
+                found.scale[number] = axis.scale[0];
+                found.place_sd_m = found.place_sd_m.max(axis.place_sd_m());
+                found.words.push(format!(
+                    "stage: axis {number} stretched by {:+.1} ± {:.1} µm/m; its noise carries {:.1} µm of backlash and scatter",
+                    1e6 * axis.scale[0],
+                    1e6 * axis.scale[1],
+                    1e6 * axis.place_sd_m()
+                ));
+            }
+        }
+        Ok(found)
+    }
+
+    /// Force (N) and moment about the tip (N·m) on the phantom, from a reading less its zero.
+    pub(super) fn on_phantom(&self, sensor: &SensorMounting, reading: [f64; 6]) -> (Vec3, Vec3) {
+        let Some(force) = &self.force else { return sensor.on_phantom(reading) };
+        let mut wrench = force.wrench(reading);
+        if force.frame == Frame::Phantom {
+            let back = sensor.to_phantom.transpose();
+            let turned = [0, 3].map(|k| back * Vec3::new(wrench[k], wrench[k + 1], wrench[k + 2]));
+            wrench = std::array::from_fn(|k| turned[k / 3][k % 3]);
+        }
+        // It is what acts on the tool, whichever sign the sensor reads with.
+        SensorMounting { reads_reaction: true, ..*sensor }.on_phantom(wrench)
+    }
+
+    /// A reported position put right (m).
+    pub(super) fn position(&self, reported_m: [f64; AXES]) -> [f64; AXES] {
+        std::array::from_fn(|axis| reported_m[axis] * (1.0 + self.scale[axis]))
+    }
+}
+
+/// How the sensor lies, by the session's document.
+pub(super) fn sensor(document: &crate::session::MountingDocument) -> SensorMounting {
+    SensorMounting {
+        to_phantom: Mat3::from_fn(|i, j| document.sensor_to_phantom[i][j]),
+        tip_m: document.sensor_to_tip_m.into(),
+        reads_reaction: document.reads_reaction,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A calibration file with this correction.
+    fn file(frame: &str, correction: [[f64; 6]; 6]) -> ForceFile {
+        let zeros = [[0.0; 6]; 6];
+        let text = format!(
+            "format = \"phantom-force-calibration/1\"\ndate = \"2026-11-24\"\nserial = \"\"\nnote = \"\"\nframe = \"{frame}\"\n\
+             table = \"w.csv\"\ntable_sha256 = \"\"\nrows = 48\ntold = 6\nrange_n = 2.0\nrange_nm = 0.1\nnoise = {0:?}\n\
+             half_90 = 1.7\nbias = {0:?}\nbias_sd = {0:?}\nturn_rad = [0.0, 0.0, 0.0]\nturn_sd_rad = [0.0, 0.0, 0.0]\n\
+             correction = {correction:?}\ncorrection_sd = {zeros:?}\nmisfits = []\n",
+            [0.0; 6]
+        );
+        ForceFile::parse(Path::new("force.toml"), &text).expect("sound")
+    }
+
+    /// A sensor turned by 90° about z, 40 mm above the tip, that reads twice what pulls at the tool, or twice the opposite: the phantom
+    /// feels the same wrench whatever axes the weights were hung along.
+    #[test]
+    fn gain_sign_and_turn_are_taken_back_in_either_frame() {
+        let turned = Mat3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+        let (force, moment) = (Vec3::new(0.3, -0.1, -1.2), Vec3::new(0.01, 0.02, -0.005));
+        for sign in [1.0, -1.0] {
+            let mounting = SensorMounting {
+                to_phantom: turned,
+                tip_m: Vec3::new(0.0, 0.0, 0.04),
+                reads_reaction: sign > 0.0,
+            };
+            let wrench = [force.x, force.y, force.z, moment.x, moment.y, moment.z];
+            let reading = mounting.sensed(wrench).map(|r| 2.0 * r);
+            let half = 0.5 * sign;
+            let diagonal = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { half } else { 0.0 }));
+            let in_phantom = std::array::from_fn(|i| {
+                std::array::from_fn(|j| if i / 3 == j / 3 { half * turned[(i % 3, j % 3)] } else { 0.0 })
+            });
+            for file in [file("sensor", diagonal), file("phantom", in_phantom)] {
+                let calibrated = Calibrated { force: Some(file), ..Calibrated::default() };
+                let (f, m) = calibrated.on_phantom(&mounting, reading);
+                assert!((f - force).norm() < 1e-12 && (m - moment).norm() < 1e-12, "{sign}: {f} {m}");
+            }
+        }
+        let calibrated = Calibrated { scale: [1e-3, -2e-3], ..Calibrated::default() };
+        assert_eq!(calibrated.position([0.1, 0.05]), [0.1 * 1.001, 0.05 * 0.998]);
+    }
+}

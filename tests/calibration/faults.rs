@@ -1,0 +1,94 @@
+//! Held specimens with faults that are made here: each must be named, and a sound one must not be.
+//!
+//! The force is that of three branches, each by its closed form behind a ramp of constant speed: τ v (1 − e^{−t/τ}) on the ramp and what is left of
+//! it later. Nothing of the fit is used.
+
+use phantom_rig::calib::coupon::{Name, diagnose};
+use phantom_rig::calib::relaxation::{Phase, Recording, Settings, choose};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+
+const RAMP_S: f64 = 8.0;
+const HOLD_S: f64 = 600.0;
+/// Amplitude at the end of the ramp if nothing relaxed (N), and time constant (s).
+const BRANCHES: [(f64, f64); 3] = [(2.0, 4.0), (1.0, 40.0), (0.6, 300.0)];
+const LASTING_N: f64 = 1.5;
+
+/// Force of the branches at a time since the ramp began.
+fn force(t: f64) -> f64 {
+    let branch = |(amplitude, tau): &(f64, f64)| {
+        let rate = amplitude / RAMP_S;
+        if t <= RAMP_S {
+            rate * tau * (1.0 - (-t / tau).exp())
+        } else {
+            rate * tau * (1.0 - (-RAMP_S / tau).exp()) * (-(t - RAMP_S) / tau).exp()
+        }
+    };
+    LASTING_N * (t / RAMP_S).min(1.0) + BRANCHES.iter().map(branch).sum::<f64>()
+}
+
+/// Ramp, hold, way back; `fault` changes a force, given time, phase and force.
+fn made(seed: u64, fault: impl Fn(f64, Phase, f64) -> f64) -> Recording {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let noise = Normal::new(0.0, 0.002).expect("a deviation");
+    let mut list: Vec<(f64, f64, f64, Phase)> = Vec::new();
+    list.extend((0..12).map(|k| (0.02 * f64::from(k) - 0.25, 0.0, 0.0, Phase::Rest)));
+    list.extend((0..400).map(|k| 0.02 * f64::from(k)).map(|t| (t, t / RAMP_S, force(t), Phase::Ramp)));
+    let hold = (0..1200).map(|k| RAMP_S + 0.5 * f64::from(k));
+    list.extend(hold.map(|t| (t, 1.0, force(t), Phase::Hold)));
+    let end = RAMP_S + HOLD_S;
+    // On the way back the force goes down faster than the plate, and the plate comes free.
+    let last = force(end);
+    let back = (0..300).map(|k| (f64::from(k) / 300.0, end + 0.02 * f64::from(k)));
+    list.extend(back.map(|(s, t)| (t, 1.0 - s, last * (1.0 - 4.0 * s).max(0.0), Phase::Unloading)));
+    Recording {
+        label: "made".to_owned(),
+        time_s: list.iter().map(|r| r.0).collect(),
+        deformation: list.iter().map(|r| 1e-3 * r.1).collect(),
+        force: list.iter().map(|r| fault(r.0, r.3, r.2 + noise.sample(&mut rng))).collect(),
+        force_sd: None,
+        phase: list.iter().map(|r| r.3).collect(),
+        lines: (2..list.len() as u64 + 2).collect(),
+        deformation_unit: "m",
+        force_unit: "N",
+    }
+}
+
+fn names(recording: &Recording) -> Vec<Name> {
+    let one = std::slice::from_ref(recording);
+    let choice = choose(one, &Settings { most_terms: 4, ..Settings::default() }).expect("a model");
+    let faults = diagnose(recording, &choice, &choice.unseen[0]);
+    for fault in &faults {
+        println!("{}: {}", fault.name.words(), fault.shown);
+    }
+    faults.iter().map(|f| f.name).collect()
+}
+
+#[test]
+fn a_sound_specimen_has_memory_and_no_fault() {
+    for seed in 0..2 {
+        assert_eq!(names(&made(seed, |_, _, f| f)), [Name::Memory], "{seed}");
+    }
+}
+
+#[test]
+fn faults_are_named() {
+    let end = RAMP_S + HOLD_S;
+    let cases: [(Name, &dyn Fn(f64, Phase, f64) -> f64); 6] = [
+        (Name::SensorZero, &|_, _, f| f + 0.08),
+        (Name::ZeroMoved, &|t, p, f| if p == Phase::Unloading || t > 100.0 { f - 0.05 } else { f }),
+        (Name::Sticking, &|t, p, f| {
+            if p == Phase::Unloading && (1.6..2.4).contains(&(t - end)) { f - 0.06 } else { f }
+        }),
+        (Name::Slipped, &|t, _, f| if t > 80.0 && t < end { 0.85 * f } else { f }),
+        (Name::Saturated, &|_, _, f| f.min(2.9)),
+        (Name::Rise, &|t, p, f| if p == Phase::Hold && t > 300.0 { f + 5e-4 * (t - 300.0) } else { f }),
+    ];
+    for (number, (name, fault)) in cases.into_iter().enumerate() {
+        let found = names(&made(10 + number as u64, fault));
+        println!("-> {name:?}: {found:?}");
+        let others = found.iter().filter(|n| **n != name && **n != Name::Memory).count();
+        assert!(found.contains(&name) && others == 0, "{name:?} among {found:?}");
+    }
+}

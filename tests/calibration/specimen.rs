@@ -1,0 +1,56 @@
+//! `calibrate tensile` and `bands`: a value with its file where a test is sound, a refusal with its place and no file where it is not.
+
+use super::{names, run, utf8};
+use std::fs;
+
+/// A neo-Hookean pull of E = 60 kPa: strains in steps of half a per cent.
+fn rows() -> Vec<(f64, f64, f64)> {
+    let stretch = |k: u32| 1.0 + 0.005 * f64::from(k);
+    let kpa = |l: f64| 20.0 * (l - 1.0 / (l * l));
+    (0..110).map(|k| (0.1 * f64::from(k), stretch(k) - 1.0, kpa(stretch(k)))).collect()
+}
+
+fn table(rows: &[(f64, f64, f64)]) -> String {
+    let line = |(t, e, p): &(f64, f64, f64)| format!("{t:.1},{e:.4},{p:.4}\n");
+    "Time (s),Strain (mm/mm),Stress (kPa)\n".to_owned() + &rows.iter().map(line).collect::<String>()
+}
+
+#[test]
+fn a_pull_becomes_a_reference_value() {
+    let place = tempfile::tempdir().expect("a folder");
+    let (file, out) = (place.path().join("gel.csv"), place.path().join("out"));
+    fs::write(&file, table(&rows())).expect("writable");
+    let (code, text, stderr) = run(&["calibrate", "tensile", utf8(&file), "--out", utf8(&out)]);
+    assert_eq!(code, 0, "{text}{stderr}");
+    for name in ["tensile.html", "tensile.json", "tensile.toml"] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    let value =
+        phantom_rig::calib::reference::ReferenceValue::read(&out.join("tensile.toml")).expect("sound");
+    assert!((value.figure.value / 60e3 - 1.0).abs() < 0.01, "{value:?}");
+    assert_eq!(value.raw.len(), 1);
+}
+
+#[test]
+fn what_went_wrong_is_refused_with_its_place_and_leaves_nothing() {
+    let place = tempfile::tempdir().expect("a folder");
+    let mut back = rows();
+    back[40].0 = 3.5;
+    let mut slipped = rows();
+    slipped[60..].iter_mut().for_each(|r| r.2 -= 6.0);
+    let text = table(&rows()).replace("\n4.0,", "\nfour,");
+    let bad = [
+        ("back.csv", table(&back), "line 42"),
+        ("slip.csv", table(&slipped), "line 62"),
+        ("text.csv", text, "line 42"),
+        ("empty.csv", String::new(), "empty"),
+    ];
+    for (name, text, words) in &bad {
+        let file = place.path().join(name);
+        fs::write(&file, text).expect("writable");
+        let out = place.path().join("out");
+        let (code, text, stderr) = run(&["calibrate", "tensile", utf8(&file), "--out", utf8(&out)]);
+        assert!(code == 1 && stderr.contains(words), "{name}: {code} {text}{stderr}");
+    }
+    assert_eq!(names(place.path()), ["back.csv", "empty.csv", "slip.csv", "text.csv"]);
+}
