@@ -144,7 +144,7 @@ impl<'a, M: Model> Search<'a, M> {
     /// Whole steps where rounding hides what they do to Σ r²; whether the end is a minimum.
     fn polish(&mut self, so_far: Termination) -> Termination {
         let Some((mut free, mut triangle)) = self.reduce(&self.at, &self.residuals) else { return so_far };
-        while triangle.reached() <= HIDDEN * self.squares {
+        while triangle.reached() > 0.0 && triangle.reached() <= HIDDEN * self.squares {
             let Some(step) = triangle.whole() else { break };
             let next = self.placed(&free, &triangle.in_parameters(&step));
             let Some(residuals) = self.model.residuals(next.as_slice()) else { break };
@@ -228,5 +228,40 @@ impl<'a, M: Model> Search<'a, M> {
             termination,
             at_bound,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// y = p x, on lists.
+    struct Line([f64; 3], [f64; 3]);
+
+    impl Model for Line {
+        fn residuals(&self, p: &[f64]) -> Option<DVector<f64>> {
+            Some(DVector::from_iterator(3, self.0.iter().zip(&self.1).map(|(x, y)| y - p[0] * x)))
+        }
+
+        fn jacobian(&self, _: &[f64]) -> Option<DMatrix<f64>> {
+            Some(-DMatrix::from_column_slice(3, 1, &self.0))
+        }
+    }
+
+    /// What is left is at right angles to the model to the last bit: the search must see that it has nothing more to do.
+    #[test]
+    fn a_residual_that_the_parameter_cannot_reach_at_all_ends_the_search() {
+        let line = Line([1.0, 0.0, 0.0], [2.0, 1.0, 0.0]);
+        let found = fit(&line, &[1.0], &Options::default()).expect("sound");
+        assert_eq!((found.termination, found.parameters[0]), (Termination::Minimum, 2.0));
+    }
+
+    #[test]
+    fn a_bound_is_kept_and_named() {
+        let line = Line([1.0, 2.0, 3.0], [2.0, 4.0, 6.1]);
+        let options = Options { bounds: vec![[0.0, 1.5]], ..Options::default() };
+        let found = fit(&line, &[1.0], &options).expect("sound");
+        assert!(found.termination.is_answer() && found.at_bound == [true] && found.parameters[0] == 1.5);
+        assert!(matches!(fit(&line, &[2.0], &options), Err(RegressionError::OutOfBounds { .. })));
     }
 }
