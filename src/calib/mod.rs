@@ -31,9 +31,9 @@ pub mod instruments;
 mod lag;
 pub mod lens;
 pub mod reference;
-pub mod regression;
 mod registration;
 mod registration_file;
+pub mod regression;
 pub mod relaxation;
 pub mod set;
 

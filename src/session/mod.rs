@@ -48,9 +48,9 @@ mod wall;
 mod writer;
 
 pub use document::{
-    CalibrationDocument, CameraDocument, Event, FORMAT, ForceDocument, HashedText, LensDocument, MarkersDocument,
-    MountingDocument, Outcome, PhantomDocument, SensorLosses, StageDocument, StartDocument, StopDocument,
-    TipDocument,
+    CalibrationDocument, CameraDocument, Event, FORMAT, ForceDocument, HashedText, LensDocument,
+    MarkersDocument, MountingDocument, Outcome, PhantomDocument, SensorLosses, StageDocument, StartDocument,
+    StopDocument, TipDocument,
 };
 pub use error::SessionError;
 pub use hash::sha256_hex;
