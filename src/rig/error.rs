@@ -72,7 +72,7 @@ pub enum RigError {
         /// The rig file.
         file: PathBuf,
         /// What is wrong with the set.
-        source: SetError,
+        source: Box<SetError>,
     },
     /// The simulated camera cannot be put up.
     #[error("the simulated camera")]

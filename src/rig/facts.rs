@@ -32,8 +32,8 @@ impl RigFile {
         let mounting = keys.mounting(file)?;
         let beside = |name: &String| CalibrationSet::read(&file.parent().unwrap_or(Path::new("")).join(name));
         let calibration = keys.calibration.as_ref().map(beside).transpose();
-        let calibration =
-            calibration.map_err(|source| RigError::Calibration { file: file.to_owned(), source })?;
+        let calibration = calibration
+            .map_err(|source| RigError::Calibration { file: file.to_owned(), source: Box::new(source) })?;
         let rig = Self { keys, file: file.to_owned(), text, mounting, calibration };
         rig.lens()?;
         rig.camera_stands()?;

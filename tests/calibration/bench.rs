@@ -158,7 +158,7 @@ impl StageBench {
         let phase = 6.0 * dice.unit();
         let middle: Vec<f64> = targets
             .iter()
-            .map(|t| t * (1.0 + self.scale) + self.screw_m * (t / self.pitch_m * 6.283 + phase).sin())
+            .map(|t| t * (1.0 + self.scale) + self.screw_m * (t / self.pitch_m * TAU + phase).sin())
             .collect();
         let half: Vec<f64> = targets
             .iter()

@@ -105,7 +105,7 @@ fn quick(rows: &[Vec<f64>], values: &[f64]) -> Option<(Vec<f64>, f64)> {
     let p = rows.first()?.len();
     let design = DMatrix::from_fn(rows.len(), p, |i, j| rows[i][j]);
     let scale: Vec<f64> = design.column_iter().map(|c| c.norm()).collect();
-    if scale.iter().any(|s| *s == 0.0) {
+    if scale.contains(&0.0) {
         return None;
     }
     let scaled = DMatrix::from_fn(rows.len(), p, |i, j| design[(i, j)] / scale[j]);

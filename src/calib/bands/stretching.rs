@@ -2,6 +2,7 @@
 
 use super::BandError;
 use crate::calib::export::{Quantity, Table};
+use std::cmp::Ordering;
 
 /// Share of the whole way by which the crosshead must come back before it counts as turned.
 const TURN: f64 = 0.02;
@@ -90,7 +91,7 @@ fn branches(x: &[f64]) -> Vec<Branch> {
     let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let low = x.iter().copied().fold(f64::INFINITY, f64::min);
     let turn = TURN * (high - low);
-    if !(turn > 0.0) {
+    if turn.partial_cmp(&0.0) != Some(Ordering::Greater) {
         return Vec::new();
     }
     let mut corners = vec![0];

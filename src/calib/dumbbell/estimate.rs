@@ -1,7 +1,7 @@
 //! Pulls of one material → its Young's modulus with an interval.
 //!
-//! 1. rows of the strain window, above the preload; 2. model by evidence; 3. E of each specimen, its slack taken off; 4. the median over
-//! specimens (ISO 37 reports medians); 5. uncertainty by parts.
+//! Rows of the strain window, above the preload → model by evidence → E of each specimen, its slack taken off → the median over
+//! specimens (ISO 37 reports medians) → uncertainty by parts.
 
 use super::DumbbellError;
 use super::elastic::Elastic;

@@ -111,11 +111,13 @@ fn solve(rows: Vec<Vec<Twofold>>, values: &[f64], p: usize) -> Result<LinearFit,
     // Columns of R⁻¹, then β and the covariance in the columns' own scale.
     let mut inverse = vec![vec![Twofold::ZERO; p]; p];
     for k in 0..p {
+        let mut column = vec![Twofold::ZERO; p];
         for i in (0..=k).rev() {
-            let known = dot((i + 1..=k).map(|j| (columns[j][i], inverse[j][k])));
+            let known = dot((i + 1..=k).map(|j| (columns[j][i], column[j])));
             let right = if i == k { Twofold::ONE } else { Twofold::ZERO };
-            inverse[i][k] = (right - known) / diagonal[i];
+            column[i] = (right - known) / diagonal[i];
         }
+        inverse.iter_mut().zip(column).for_each(|(row, entry)| row[k] = entry);
     }
     let coefficients: Vec<f64> =
         (0..p).map(|i| (dot((i..p).map(|k| (inverse[i][k], y[k]))) / scales[i]).rounded()).collect();

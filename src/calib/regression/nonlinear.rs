@@ -105,11 +105,12 @@ impl<'a, M: Model> Search<'a, M> {
                 } else if ratio > 0.75 && step_length >= 0.9 * delta {
                     delta *= 2.0;
                 }
-                if ratio >= TAKEN && squares < self.squares {
-                    if let Some(residuals) = residuals {
-                        (self.at, self.residuals, self.squares) = (next, residuals, squares);
-                        break Some(true);
-                    }
+                if ratio >= TAKEN
+                    && squares < self.squares
+                    && let Some(residuals) = residuals
+                {
+                    (self.at, self.residuals, self.squares) = (next, residuals, squares);
+                    break Some(true);
                 }
                 if delta <= SMALLEST * length.max(f64::MIN_POSITIVE) {
                     break Some(false);
@@ -151,7 +152,9 @@ impl<'a, M: Model> Search<'a, M> {
             let Some((next_free, next_triangle)) = self.reduce(&next, &residuals) else { break };
             let squares = residuals.norm_squared();
             let higher = squares > (1.0 + HIDDEN) * self.squares;
-            if higher || next_free != free || !(next_triangle.reached() <= LOWERED * triangle.reached()) {
+            // Not a number is no lower.
+            let lower = next_triangle.reached() <= LOWERED * triangle.reached();
+            if higher || next_free != free || !lower {
                 break;
             }
             (self.at, self.residuals, self.squares) = (next, residuals, squares);

@@ -2,6 +2,7 @@
 
 use super::RelaxationError;
 use crate::calib::export::{Column, Quantity, Table};
+use std::cmp::Ordering;
 
 /// Deformation that is left from the end of the ramp on, over the whole ramp.
 const RAMP_END: f64 = 0.01;
@@ -71,7 +72,7 @@ impl Recording {
             v.iter().copied().fold(f64::NEG_INFINITY, f64::max)
                 - v.iter().copied().fold(f64::INFINITY, f64::min)
         };
-        if !(spread(place) > 0.0) {
+        if spread(place).partial_cmp(&0.0) != Some(Ordering::Greater) {
             return Err(RelaxationError::NoRamp { place: at, spread: 0.0 });
         }
         let start = place[0];
