@@ -158,7 +158,10 @@ impl StageBench {
         let phase = 6.0 * dice.unit();
         let middle: Vec<f64> = targets
             .iter()
-            .map(|t| t * (1.0 + self.scale) + self.screw_m * (t / self.pitch_m * TAU + phase).sin())
+            .map(|t| {
+                t * (1.0 + self.scale)
+                    + self.screw_m * (t / self.pitch_m * std::f64::consts::TAU + phase).sin()
+            })
             .collect();
         let half: Vec<f64> = targets
             .iter()

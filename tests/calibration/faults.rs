@@ -37,7 +37,7 @@ fn made(seed: u64, fault: impl Fn(f64, Phase, f64) -> f64) -> Recording {
     list.extend((0..400).map(|k| 0.02 * f64::from(k)).map(|t| (t, t / RAMP_S, force(t), Phase::Ramp)));
     let hold = (0..1200).map(|k| RAMP_S + 0.5 * f64::from(k));
     list.extend(hold.map(|t| (t, 1.0, force(t), Phase::Hold)));
-    let end = RAMP_S + HOLD_S;
+    const END_S: f64 = RAMP_S + HOLD_S;
     // On the way back the force goes down faster than the plate, and the plate comes free.
     let last = force(end);
     let back = (0..300).map(|k| (f64::from(k) / 300.0, end + 0.02 * f64::from(k)));
@@ -72,16 +72,19 @@ fn a_sound_specimen_has_memory_and_no_fault() {
     }
 }
 
+/// What a fault makes of the force (N) at a time (s) in a phase.
+type Fault = dyn Fn(f64, Phase, f64) -> f64;
+
 #[test]
 fn faults_are_named() {
-    let end = RAMP_S + HOLD_S;
-    let cases: [(Name, &dyn Fn(f64, Phase, f64) -> f64); 6] = [
+    const END_S: f64 = RAMP_S + HOLD_S;
+    let cases: [(Name, &Fault); 6] = [
         (Name::SensorZero, &|_, _, f| f + 0.08),
         (Name::ZeroMoved, &|t, p, f| if p == Phase::Unloading || t > 100.0 { f - 0.05 } else { f }),
         (Name::Sticking, &|t, p, f| {
-            if p == Phase::Unloading && (1.6..2.4).contains(&(t - end)) { f - 0.06 } else { f }
+            if p == Phase::Unloading && (1.6..2.4).contains(&(t - END_S)) { f - 0.06 } else { f }
         }),
-        (Name::Slipped, &|t, _, f| if t > 80.0 && t < end { 0.85 * f } else { f }),
+        (Name::Slipped, &|t, _, f| if t > 80.0 && t < END_S { 0.85 * f } else { f }),
         (Name::Saturated, &|_, _, f| f.min(2.9)),
         (Name::Rise, &|t, p, f| if p == Phase::Hold && t > 300.0 { f + 5e-4 * (t - 300.0) } else { f }),
     ];

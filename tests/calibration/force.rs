@@ -101,8 +101,8 @@ fn the_correction_undoes_the_sensor() {
     let rotation = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]];
     let gains = [1.1, 0.9, 1.0];
     for i in 0..3 {
-        for j in 0..3 {
-            turned.sensitivity[i][j] = -gains[i] * rotation[i][j];
+        for (entry, part) in turned.sensitivity[i].iter_mut().zip(rotation[i]) {
+            *entry = -gains[i] * part;
         }
     }
     let rows = turned.table(&mut dice);
