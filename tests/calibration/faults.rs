@@ -11,6 +11,8 @@ use rand_distr::{Distribution, Normal};
 
 const RAMP_S: f64 = 8.0;
 const HOLD_S: f64 = 600.0;
+/// End of the hold (s).
+const END_S: f64 = RAMP_S + HOLD_S;
 /// Amplitude at the end of the ramp if nothing relaxed (N), and time constant (s).
 const BRANCHES: [(f64, f64); 3] = [(2.0, 4.0), (1.0, 40.0), (0.6, 300.0)];
 const LASTING_N: f64 = 1.5;
@@ -37,10 +39,9 @@ fn made(seed: u64, fault: impl Fn(f64, Phase, f64) -> f64) -> Recording {
     list.extend((0..400).map(|k| 0.02 * f64::from(k)).map(|t| (t, t / RAMP_S, force(t), Phase::Ramp)));
     let hold = (0..1200).map(|k| RAMP_S + 0.5 * f64::from(k));
     list.extend(hold.map(|t| (t, 1.0, force(t), Phase::Hold)));
-    const END_S: f64 = RAMP_S + HOLD_S;
     // On the way back the force goes down faster than the plate, and the plate comes free.
-    let last = force(end);
-    let back = (0..300).map(|k| (f64::from(k) / 300.0, end + 0.02 * f64::from(k)));
+    let last = force(END_S);
+    let back = (0..300).map(|k| (f64::from(k) / 300.0, END_S + 0.02 * f64::from(k)));
     list.extend(back.map(|(s, t)| (t, 1.0 - s, last * (1.0 - 4.0 * s).max(0.0), Phase::Unloading)));
     Recording {
         label: "made".to_owned(),
@@ -77,7 +78,6 @@ type Fault = dyn Fn(f64, Phase, f64) -> f64;
 
 #[test]
 fn faults_are_named() {
-    const END_S: f64 = RAMP_S + HOLD_S;
     let cases: [(Name, &Fault); 6] = [
         (Name::SensorZero, &|_, _, f| f + 0.08),
         (Name::ZeroMoved, &|t, p, f| if p == Phase::Unloading || t > 100.0 { f - 0.05 } else { f }),
