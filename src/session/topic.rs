@@ -228,6 +228,7 @@ const START: &str = r#"{
     "force": {"type": "object"},
     "markers": {"type": "object"},
     "camera": {"type": "object"},
+    "calibration": {"type": "object", "description": "the calibration set in use, and its files that readings are put right by"},
     "mounting": {"type": "object"},
     "tip": {"type": "object"},
     "phantom": {"type": "object"}
