@@ -9,7 +9,7 @@
 //! | what does the export of a testing machine hold? | [`export`] |
 //! | what are force sensor and stage worth? | [`instruments`] |
 //! | which of all these hold now, and for which devices? | [`set`] |
-//! | what is known without the rig, and does a fit agree with it? | [`reference`] |
+//! | what is known without the rig, and does a fit agree with it? | [`mod@reference`] |
 //! | which modulus has the material, pulled as dumb-bells? | [`dumbbell`] |
 //! | how stiff are bands, at the pull that they have on the rig? | [`bands`] |
 //! | how does a held specimen's force fall, at any rate? | [`relaxation`] |
