@@ -3,13 +3,14 @@
 //! - **Force.** A reading less its zero becomes the wrench on the tool by the sensor's correction C (`calib::instruments::force`), before the sensor's
 //!   mounting turns it into the phantom frame. Where weights were hung along the phantom's axes, C contains that turn, and the mounting's is
 //!   taken back.
-//! - **Stage.** A reported position p becomes p (1 + scale), about the stage's zero. What its backlash and scatter leave open goes into the
-//!   stated noise of the stage.
+//! - **Stage.** A displacement of the tip from the site of its poke becomes (1 + scale) times as long, along each axis. What backlash and scatter
+//!   leave open goes into the stated noise of the stage. Why from the site and not from the stage's zero: where the surface is, was found with
+//!   this stage; a stretch about its zero would shift every site by the scale times the way there, and make each poke deeper or shallower.
 
 use crate::calib::instruments::InstrumentError;
 use crate::calib::instruments::force::{ForceFile, Frame};
 use crate::calib::instruments::stage::StageFile;
-use crate::device::{AXES, SensorMounting};
+use crate::device::{AXES, Mounting, SensorMounting};
 use crate::geometry::{Mat3, Vec3};
 use crate::session::{CalibrationDocument, StartDocument};
 use std::path::Path;
@@ -74,9 +75,10 @@ impl Calibrated {
         SensorMounting { reads_reaction: true, ..*sensor }.on_phantom(wrench)
     }
 
-    /// A reported position put right (m).
-    pub(super) fn position(&self, reported_m: [f64; AXES]) -> [f64; AXES] {
-        std::array::from_fn(|axis| reported_m[axis] * (1.0 + self.scale[axis]))
+    /// A reported displacement from a site put right (m).
+    pub(super) fn displacement(&self, mounting: &Mounting, reported_m: Vec3) -> Vec3 {
+        let motion = mounting.motion_for(reported_m);
+        reported_m + mounting.moved_by(std::array::from_fn(|axis| motion[axis] * self.scale[axis]))
     }
 }
 
@@ -131,7 +133,14 @@ mod tests {
                 assert!((f - force).norm() < 1e-12 && (m - moment).norm() < 1e-12, "{sign}: {f} {m}");
             }
         }
+    }
+
+    /// Along the first axis 1 ‰ more, along the second, downwards, 2 ‰ less; beside both nothing.
+    #[test]
+    fn a_way_is_stretched_along_each_axis() {
         let calibrated = Calibrated { scale: [1e-3, -2e-3], ..Calibrated::default() };
-        assert_eq!(calibrated.position([0.1, 0.05]), [0.1 * 1.001, 0.05 * 0.998]);
+        let mounting = Mounting::new([0.0; 3], [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]], 1e-4).expect("two axes");
+        let moved = calibrated.displacement(&mounting, Vec3::new(1e-3, 1e-5, -3e-3));
+        assert!((moved - Vec3::new(1.001e-3, 1e-5, -2.994e-3)).norm() < 1e-15, "{moved}");
     }
 }

@@ -65,7 +65,7 @@ pub(super) fn read_part(
     let seconds = |ns: u64| HostTime::from_nanos(ns).seconds_after(origin);
 
     let calibrated = Calibrated::of(start)?;
-    let path = stage_path(part, &mounting, &calibrated, origin, remarks)?;
+    let path = stage_path(part, &mounting, origin, remarks)?;
     let during = |stroke: &Stroke, end_ns: u64| -> Vec<Placed> {
         let (from, to) = (seconds(stroke.began_ns), seconds(end_ns));
         path.iter().filter(|p| (from..=to).contains(&p.0)).copied().collect()
@@ -75,7 +75,12 @@ pub(super) fn read_part(
     for (number, stroke) in all.iter().enumerate() {
         let found = stroke.ended_ns.and_then(|end| contact(stroke, &during(stroke, end)));
         match found {
-            Some(found) => touched.push((stroke.clone(), found)),
+            Some(mut found) => {
+                for (_, moved) in &mut found.rows {
+                    *moved = calibrated.displacement(&mounting, *moved);
+                }
+                touched.push((stroke.clone(), found));
+            }
             None => {
                 unfinished.push(stroke.poke);
                 let next_s = all.get(number + 1).map_or(f64::INFINITY, |next| seconds(next.began_ns));
@@ -165,7 +170,6 @@ fn zero_before(events: &[Event], before_ns: u64) -> Option<(u64, [f64; 6])> {
 fn stage_path(
     session: &Session,
     mounting: &Mounting,
-    calibrated: &Calibrated,
     origin: HostTime,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<Placed>, DatasetError> {
@@ -177,7 +181,7 @@ fn stage_path(
         let host_s = report.host.seconds_after(origin);
         let device_s = report.tick_us.map(|tick| arrivals.next(tick, report.host));
         ticks &= device_s.is_some();
-        path.push((device_s, host_s, calibrated.position(report.position_m)));
+        path.push((device_s, host_s, report.position_m));
     }
     let clock = if ticks { arrivals.clock() } else { None };
     if ticks && clock.is_none() && !path.is_empty() {
