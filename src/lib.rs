@@ -8,6 +8,7 @@
 //! | floor | room | question it answers |
 //! | --- | --- | --- |
 //! | 0 | [`units`], [`clock`], [`geometry`] | what a number means: which unit, whose time, which frame |
+//! | 0 | [`digest`] | whether bytes are what they were |
 //! | 0 | [`mesh`] | what shape a body has |
 //! | 0 | [`sparse`] | how a large sparse system is solved |
 //! | 1 | [`device`] | what a stage, a force sensor, a depth camera and a source of marker positions are |
@@ -17,7 +18,7 @@
 //! | 2 | [`sim`] | a bench with physics of its own, sharing no element, load or material with [`fem`]; also at the level of bytes |
 //! | 2 | [`session`] | what was recorded, safely; a recording as devices again |
 //! | 2 | [`track`] | where the dots of a camera's pictures are, and which is which |
-//! | 2 | [`calib`] | how the camera's frame lies in the phantom's, and how late its pictures are, each with its uncertainty |
+//! | 2 | [`calib`] | reference values, and what camera, force sensor and stage are worth, each with its uncertainty |
 //! | 2 | [`inverse`] | which parameters explain the observations, and how surely |
 //! | 3 | [`diagnose`] | what the model left out |
 //! | 3 | [`dataset`] | sessions and recording bundles turned into observations, and back |
@@ -48,6 +49,7 @@ pub mod clock;
 pub mod dataset;
 pub mod device;
 pub mod diagnose;
+pub mod digest;
 pub mod driver;
 pub mod fem;
 pub mod geometry;

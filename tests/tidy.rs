@@ -6,13 +6,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Rooms of floor 0: anybody may import them; among themselves only what is listed in [`MAY_IMPORT`].
-const GROUND: [&str; 5] = ["units", "clock", "geometry", "mesh", "sparse"];
+const GROUND: [&str; 6] = ["units", "clock", "geometry", "digest", "mesh", "sparse"];
 
 /// What each room may import besides the ground floor. Peers are never listed.
-const MAY_IMPORT: [(&str, &[&str]); 20] = [
+const MAY_IMPORT: [(&str, &[&str]); 21] = [
     ("units", &[]),
     ("clock", &[]),
     ("geometry", &[]),
+    ("digest", &[]),
     ("mesh", &["geometry"]),
     ("sparse", &[]),
     ("device", &[]),

@@ -1,20 +1,19 @@
 //! `doctor`: which devices are there, do they answer, and what to do next.
 
+use super::today::today;
 use super::{Context, Exit, Outcome};
 use crate::acquire::stay_resident;
-use crate::calib::Day;
 use crate::calib::set::CalibrationSet;
 use crate::clock::HostTime;
 use crate::dataset::read_mesh;
 use crate::device::{ForceSensor, Losses, MarkerSource, Stage, StageState};
 use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings, serial_ports};
 use crate::rig::{RigError, RigFile};
-use crate::session::utc_text;
 use crate::track::{GreyView, Settings, Tracker};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 /// Looks for devices and says what they answer.
 ///
@@ -166,7 +165,7 @@ fn memory() -> Finding {
 
 /// Whether the calibration set holds today, for this sensor.
 fn calibration(set: &CalibrationSet, serial: Option<&str>) -> anyhow::Result<Finding> {
-    let doubts = set.doubts(Day::of_time(&utc_text(SystemTime::now()))?, serial);
+    let doubts = set.doubts(today()?, serial);
     let told: Vec<String> = doubts.iter().map(ToString::to_string).collect();
     let [from, until] = set.valid;
     let state = if told.is_empty() { "sound".to_owned() } else { told.join("; ") };

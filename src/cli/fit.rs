@@ -2,15 +2,17 @@
 
 use super::session::CALIBRATION;
 use super::{Context, Exit, Kind, Outcome, StagedFolder, UsageError};
-use crate::calib::sha256_hex;
 use crate::dataset::read_bundle;
+use crate::digest::sha256_hex;
 use crate::fem::Order;
 use crate::inverse::published::{Variant, fit_recording};
 use crate::inverse::{Driven, Fit, Progress, Settings, fit};
 use crate::observation::Recording;
 use crate::report::{finding, to_json, trust, write_fit};
+use anyhow::Context as _;
 use clap::{Args, ValueEnum};
 use serde_json::json;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Fits a recording: Young's modulus, the hidden restraint, how surely, and a page to look at.
@@ -126,8 +128,13 @@ pub(super) fn run(arguments: &FitArguments, context: &Context) -> anyhow::Result
     fitted.remarks.extend(suspicions.iter().map(ToString::to_string));
     let mut made_with = made_with(arguments, &settings);
     // A bundle of a session carries the set that its numbers were put right by.
-    if let Ok(set) = std::fs::read(arguments.bundle.join(CALIBRATION)) {
-        made_with.insert("calibration_sha256".to_owned(), json!(sha256_hex(&set)));
+    let set = arguments.bundle.join(CALIBRATION);
+    match std::fs::read(&set) {
+        Ok(set) => {
+            made_with.insert("calibration_sha256".to_owned(), json!(sha256_hex(&set)));
+        }
+        Err(error) if error.kind() == ErrorKind::NotFound => {}
+        Err(error) => return Err(error).with_context(|| format!("{}: can't be read", set.display())),
     }
     write_fit(folder.path(), &fitted, &recording, &made_with)?;
     folder.finish()?;

@@ -51,6 +51,7 @@ mod run_watch;
 mod session;
 mod side;
 mod staged;
+mod today;
 mod track;
 
 pub use outcome::{Context, Exit, Outcome, UsageError};

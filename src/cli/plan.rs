@@ -1,14 +1,12 @@
 //! `plan`: what a protocol will do, how long it takes, and what speaks against it. Nothing moves.
 
 use super::planned::{PlannedArguments, draw};
+use super::today::today;
 use super::{Context, Exit, Outcome};
-use crate::calib::Day;
-use crate::session::utc_text;
 use clap::Args;
 use serde_json::json;
 use std::fmt::Write as _;
 use std::path::PathBuf;
-use std::time::SystemTime;
 
 /// Prints and draws what a protocol will do on a rig, and checks all of it.
 ///
@@ -44,7 +42,7 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
     if let Some(file) = &arguments.draw {
         let _ = write!(table, "\nDrawn: {}", file.display());
     }
-    let today = Day::of_time(&utc_text(SystemTime::now()))?;
+    let today = today()?;
     let doubts: Vec<String> = planned.rig.calibration().map_or_else(Vec::new, |set| {
         set.doubts(today, None).iter().map(|doubt| format!("{}: {doubt}", set.file.display())).collect()
     });

@@ -6,19 +6,20 @@ use super::planned::Planned;
 use super::run_picture::LivePicture;
 use super::run_view::Title;
 use super::run_watch::{Reach, Watch, watch};
+use super::today::today;
 use crate::acquire::{
     Cause, Conduct, Instruments, Latch, Operator, Ran, Stopped, Watched, conduct, stay_resident,
 };
-use crate::calib::Day;
 use crate::calib::set::Doubt;
 use crate::clock::HostTime;
 use crate::dataset::write_msh;
 use crate::device::{AXES, ForceFormat, Losses, MarkerSource, Stage, StageLimits, StageState};
+use crate::digest::sha256_hex;
 use crate::rig::{Devices, RigFile, SimulatedBench};
 use crate::session::{
     Event, ForceDocument, HashedText, MarkersDocument, MountingDocument, Outcome as SessionOutcome,
     PhantomDocument, SessionWriter, StageDocument, StartDocument, StopDocument, TipDocument, boot,
-    sha256_hex, utc_seconds, utc_text,
+    utc_seconds, utc_text,
 };
 use anyhow::{Context as _, bail};
 use std::collections::BTreeMap;
@@ -319,7 +320,7 @@ fn room(folder: &Path, bytes: f64) -> anyhow::Result<()> {
 /// Refuses a calibration set of another sensor; one that has expired is only said: what is recorded are the raw readings.
 fn calibrated(rig: &RigFile, serial: &str) -> anyhow::Result<()> {
     let Some(set) = rig.calibration() else { return Ok(()) };
-    for doubt in set.doubts(Day::of_time(&utc_text(SystemTime::now()))?, Some(serial)) {
+    for doubt in set.doubts(today()?, Some(serial)) {
         match doubt {
             Doubt::OtherSensor { .. } => bail!("{}: {doubt}", set.file.display()),
             Doubt::NotYet { .. } | Doubt::Expired { .. } => eprintln!("  note: {doubt}"),

@@ -73,7 +73,8 @@ pub(super) fn poke_views(
 }
 
 /// The model's nodes at those of elements of its order on the given mesh: its nodes, which are the first of every refinement, and the
-/// middles of its edges, which are nodes of second-order elements whether the edge was cut or not.
+/// middles of its edges, which are nodes of second-order elements whether the edge was cut or not. Were one of them none, the field would be
+/// one of first order.
 fn given_nodes(recording: &Recording, problem: &Problem<'_>) -> Vec<usize> {
     let space = problem.bench.model.space();
     let corners = recording.mesh.nodes.len();

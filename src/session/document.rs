@@ -3,12 +3,12 @@
 //! Plain data that the runner fills in. SI units; every time is of the host's monotonic clock but `started_utc`.
 
 use super::SessionError;
-use super::hash::sha256_hex;
 use crate::clock::HostTime;
 use crate::device::{
     AXES, DepthCameraFormat, DepthCameraIdentity, ForceFormat, ForceIdentity, Losses, StageIdentity,
     StageLimits,
 };
+use crate::digest::sha256_hex;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -30,7 +30,6 @@ mod container;
 mod document;
 mod error;
 mod export;
-mod hash;
 mod inspect;
 mod message;
 mod picture;
@@ -53,7 +52,6 @@ pub use document::{
     StopDocument, TipDocument,
 };
 pub use error::SessionError;
-pub use hash::sha256_hex;
 pub use inspect::{Extent, Finding, Info};
 pub use message::{BATCH, ClockProbe, ForceBatch, Gap, GapCause, Message};
 pub use picture::{CameraFrame, Frames, Picture, Pixels, RecordedFrame};

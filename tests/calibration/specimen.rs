@@ -41,7 +41,7 @@ fn what_went_wrong_is_refused_with_its_place_and_leaves_nothing() {
     let text = table(&rows()).replace("\n4.0,", "\nfour,");
     let bad = [
         ("back.csv", table(&back), "line 42"),
-        ("slip.csv", table(&slipped), "line 62"),
+        ("slip.csv", table(&slipped), "slip.csv, line 62"),
         ("text.csv", text, "line 42"),
         ("empty.csv", String::new(), "empty"),
     ];

@@ -37,6 +37,19 @@ pub enum BandError {
         /// Which band.
         label: String,
     },
+    /// The rows leave the slope open.
+    #[error(
+        "{label}: at a pull of {pull:.3} N ({:.3} mm) the rows do not tell the slope: test beyond it, with more rows",
+        1e3 * extension_m
+    )]
+    Open {
+        /// Which band.
+        label: String,
+        /// Pull asked for (N).
+        pull: f64,
+        /// Where that is (m).
+        extension_m: f64,
+    },
     /// A number of bands that is none.
     #[error("{count} parallel bands; at least one is needed")]
     Count {

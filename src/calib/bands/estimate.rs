@@ -6,13 +6,12 @@
 use super::BandError;
 use super::line::{Bend, Line};
 use super::stretching::{Branch, Stretching};
+use crate::calib::coverage::{Z95, uniform};
 
 /// Blocks of a branch.
 const BLOCKS: usize = 5;
 /// How much better a line with more parameters must predict.
 const BETTER: f64 = 0.9;
-/// 95 % quantile of the standard normal distribution.
-const Z95: f64 = 1.644_853_626_951_472_7;
 /// Steps in which the extension of a pull is looked for.
 const STEPS: usize = 2_000;
 
@@ -106,28 +105,37 @@ pub fn estimate(stretching: &Stretching, settings: &Settings) -> Result<Stiffnes
     if !(pull > 0.0 && pull <= top) {
         return Err(BandError::Pretension { label, wanted: pull, low: 0.0, high: top });
     }
-    let at_pull = |line: &Line, points: &[(f64, f64)]| place_of(line, pull, points).map(|x| line.slope(x));
     let mut branches = Vec::new();
     for branch in &stretching.branches {
         let points = stretching.points(branch);
         let Some(line) = Line::fit(bend, &points) else { continue };
         branches.push(OfBranch {
             branch: *branch,
-            slope_at_pull_n_per_m: at_pull(&line, &points),
+            slope_at_pull_n_per_m: place_of(&line, pull, &points).map(|x| line.slope(x)),
             swallowed: branch.loading.then(|| stretching.swallowed(branch)).flatten(),
             line,
         });
     }
     let chosen = branches.iter().position(|b| b.branch == *loading).ok_or_else(no_model)?;
-    let slope = branches[chosen].slope_at_pull_n_per_m.ok_or_else(no_model)?;
-    let uniform = |half: f64| half / 3_f64.sqrt();
+    let at = place_of(&main, pull, &points).ok_or_else(no_model)?;
+    let slope = main.slope(at);
+    let own = main.slope_sd(at) / slope;
+    if !own.is_finite() {
+        return Err(BandError::Open { label, pull, extension_m: at });
+    }
     // Loading and unloading bound what a still band does: half their difference, uniform.
     let back = branches.iter().find(|b| !b.branch.loading && b.branch.cycle == loading.cycle);
     let back = back.and_then(|b| b.slope_at_pull_n_per_m);
     let sides = back.map_or(0.0, |b| uniform(0.5 * (b / slope - 1.0).abs()));
-    let parts = [main.relative_sd(), uniform(settings.load_cell), uniform(settings.extension), sides];
+    let parts = [own, uniform(settings.load_cell), uniform(settings.extension), sides];
     let sd = slope * parts.iter().map(|p| p * p).sum::<f64>().sqrt();
     let mut remarks = Vec::new();
+    if !main.is_minimum {
+        remarks.push(
+            "the search is stuck at a corner of the line, between two rows: its deviations are rough"
+                .to_owned(),
+        );
+    }
     if main.slack_m <= points[0].0 {
         remarks.push(
             "no row lies in the slack: its length is extrapolated, and the machine's zero is trusted"

@@ -3,7 +3,7 @@
 //! F = tare + k (x − x₀)₊, and with a knee + k₂ (x − x₁)₊ (another band comes to bear, or rubber softens), or with a curve + q (x − x₀)₊² + c (x − x₀)₊³.
 //! The tare is told where rows lie in the slack; elsewhere it is the force that the machine calls zero, and x₀ takes it up.
 
-use crate::calib::regression::{Model, Options, Regression, derivatives, fit};
+use crate::calib::regression::{Model, Options, Regression, Termination, derivatives, fit};
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
@@ -56,10 +56,12 @@ pub struct Line {
     pub tare_n: f64,
     /// Root mean square of what is left (N).
     pub left_n: f64,
+    /// Whether the search came to a minimum. One that is stuck at a corner between two rows has no derivative there to tell.
+    pub is_minimum: bool,
     /// x₀, k, and k₂ and x₁, or q and c; the tare last where it is told.
     parameters: Vec<f64>,
     has_tare: bool,
-    sd: Vec<f64>,
+    covariance: DMatrix<f64>,
 }
 
 struct Fitted<'a> {
@@ -164,9 +166,10 @@ impl Line {
             let start = &found.parameters[..found.parameters.len() - 1];
             found = fit(&Fitted { bend, tare, points }, start, &options).ok()?;
         }
-        // A corner between two rows has no derivative there: what is stuck at it is judged by held-out rows, like the rest.
+        // A search that is stuck at a corner is judged by held-out rows, like the rest; one without an end is no line.
+        let usable = found.termination.is_answer() || found.termination == Termination::Stagnated;
         let p = found.parameters;
-        (p[1] > 0.0 && found.squares.is_finite()).then(|| Self {
+        (p[1] > 0.0 && usable).then(|| Self {
             bend,
             slack_m: p[0],
             slack_sd_m: found.sd[0],
@@ -175,9 +178,10 @@ impl Line {
             slope_sd_n_per_m: found.sd[1],
             tare_n: if tare { p[p.len() - 1] } else { 0.0 },
             left_n: (found.squares / points.len() as f64).sqrt(),
+            is_minimum: found.termination.is_answer(),
             has_tare: tare,
             parameters: p,
-            sd: found.sd,
+            covariance: found.covariance,
         })
     }
 
@@ -201,9 +205,54 @@ impl Line {
         }
     }
 
-    /// Relative standard deviation of the first slope, from the fit.
-    pub(super) fn relative_sd(&self) -> f64 {
-        let sd = self.sd[1] / self.parameters[1];
-        if sd.is_finite() { sd } else { 0.0 }
+    /// Standard deviation of [`Line::slope`] there, from the fit (N/m): g C gᵀ with g its derivatives by the parameters. Not a number where
+    /// the rows leave it open.
+    pub fn slope_sd(&self, extension_m: f64) -> f64 {
+        let p = &self.parameters;
+        let over = extension_m - p[0];
+        let mut by = DVector::zeros(p.len());
+        if over > 0.0 {
+            by[1] = 1.0;
+            match self.bend {
+                Bend::None => {}
+                Bend::Knee => by[2] = f64::from(u8::from(extension_m > p[3])),
+                Bend::Curve => {
+                    by[0] = -2.0 * p[2] - 6.0 * p[3] * over;
+                    by[2] = 2.0 * over;
+                    by[3] = 3.0 * over * over;
+                }
+            }
+        }
+        by.dot(&(&self.covariance * &by)).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A curve that bends: the slope at a place, and what noise makes of it over 200 draws, against what is stated.
+    #[test]
+    fn the_slope_scatters_as_stated() {
+        use rand::SeedableRng;
+        use rand_distr::{Distribution, Normal};
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+        let noise = Normal::new(0.0, 0.01).expect("a deviation");
+        let (at, slope) = (0.02, 300.0 + 2.0 * 4e3 * 0.017);
+        let squares: Vec<f64> = (0..200)
+            .map(|_| {
+                let row = |k: i32| {
+                    let x = 1e-4 * f64::from(k);
+                    let over = (x - 0.003).max(0.0);
+                    (x, 300.0 * over + 4e3 * over * over + noise.sample(&mut rng))
+                };
+                let points: Vec<(f64, f64)> = (0..300).map(row).collect();
+                let line = Line::fit(Bend::Curve, &points).expect("a line");
+                ((line.slope(at) - slope) / line.slope_sd(at)).powi(2)
+            })
+            .collect();
+        // A mean of 200 squares of normal numbers is 1 ± 0.1.
+        let mean = squares.iter().sum::<f64>() / 200.0;
+        assert!((0.7..1.3).contains(&mean), "{mean}");
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::calib::export::ExportError;
 use crate::calib::regression::RegressionError;
+use std::path::PathBuf;
 
 /// What is wrong.
 #[derive(Debug, thiserror::Error)]
@@ -27,6 +28,18 @@ pub enum DumbbellError {
         /// Key of the override.
         key: &'static str,
     },
+    /// A size that no specimen has.
+    #[error("{place}: the {what} is {found}: say the true one as {key} under [specimen] in an override")]
+    Size {
+        /// File and line.
+        place: String,
+        /// Which size.
+        what: &'static str,
+        /// What it is said to be (SI).
+        found: f64,
+        /// Key of the override.
+        key: &'static str,
+    },
     /// Too few rows inside the strain window.
     #[error("{label}: {rows} rows between strains {low} and {high}; at least {needed} are needed")]
     Window {
@@ -43,12 +56,13 @@ pub enum DumbbellError {
     },
     /// The force drops while the strain grows.
     #[error(
-        "{file}, line {line}: the stress falls from {before:.3e} to {after:.3e} Pa at a strain of {strain:.3} while the specimen is pulled on, \
-         and goes on rising: it slipped in the grips, or was torn"
+        "{}, line {line}: the stress falls from {before:.3e} to {after:.3e} Pa at a strain of {strain:.3} while the specimen is pulled on, \
+         and goes on rising: it slipped in the grips, or was torn",
+        file.display()
     )]
     Slipped {
         /// The file.
-        file: String,
+        file: PathBuf,
         /// Line of the file.
         line: u64,
         /// Stress before (Pa).

@@ -6,8 +6,9 @@
 use super::DumbbellError;
 use super::elastic::Elastic;
 use super::evidence::{Points, Score, Start, choose, fit_one, median};
-use super::interval::{Budget, Tolerances, uniform};
+use super::interval::{Budget, Tolerances};
 use super::pull::Pull;
+use crate::calib::coverage::uniform;
 
 /// Rows that a window must have.
 const LEAST_ROWS: usize = 8;

@@ -5,14 +5,10 @@
 //! variance of a median of n over that of one value (normal order statistics; Harter and Balakrishnan 1996). One specimen has no scatter:
 //! an assumed one and the thickness's tolerance stand in. t-quantile with ν = (n − 1) (u²/(c s²))² (Welch and Satterthwaite).
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use crate::calib::coverage::half_90;
 
 /// Variance of the median of n standard normal values, n from 1.
 const MEDIAN_VARIANCE: [f64; 10] = [1.0, 0.5, 0.4487, 0.2982, 0.2868, 0.2147, 0.2104, 0.1682, 0.1661, 0.1383];
-/// 95 % quantile of the standard normal distribution.
-const Z95: f64 = 1.644_853_626_951_472_7;
-/// From here on Student's distribution is the normal one.
-const NORMAL_FROM: f64 = 1e6;
 
 /// What sizes and instruments may be off by: half-widths of uniform errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,11 +60,6 @@ pub struct Budget {
     pub freedom: f64,
 }
 
-/// Half of a uniform error's width → standard deviation.
-pub(super) fn uniform(half: f64) -> f64 {
-    half / 3_f64.sqrt()
-}
-
 impl Budget {
     /// `shared`: width, gauge length, load cell, start; `own`: thickness, fit; `scatter`: relative sd of one specimen, and how many.
     pub(super) fn new(shared: [f64; 4], own: [f64; 2], scatter: f64, specimens: usize) -> Self {
@@ -86,12 +77,7 @@ impl Budget {
 
     /// 90 % interval about a value.
     pub(super) fn interval(&self, value: f64) -> [f64; 2] {
-        let quantile = if self.freedom < NORMAL_FROM {
-            StudentsT::new(0.0, 1.0, self.freedom).map_or(Z95, |t| t.inverse_cdf(0.95))
-        } else {
-            Z95
-        };
-        let half = quantile * self.total * value;
+        let half = half_90(self.freedom) * self.total * value;
         [value - half, value + half]
     }
 }

@@ -6,7 +6,7 @@
 //! | how does stress follow from stretch? | [`Elastic`] |
 //! | which modulus, and within what? | [`estimate`] → [`Modulus`] |
 //!
-//! Engineering stress P = force over first cross-section, strain ε = extension over first length, stretch λ = 1 + ε, true stress λP. SI.
+//! Engineering stress P = force over first cross-section, strain ε = extension over first length, stretch λ = 1 + ε. SI.
 //! E is the slope at zero strain. A strain from the crosshead holds what grips and machine give way, so that such an E is a lower bound of
 //! sorts: results carry the source (ASTM D638 rules it out for moduli; on soft silicones it is what there is).
 

@@ -2,6 +2,7 @@
 
 use super::DumbbellError;
 use crate::calib::export::{Loading, Quantity, StrainSource, Table};
+use std::path::PathBuf;
 
 /// A drop of the stress over the greatest one inside the window that no noise makes: so many standard deviations of its steps.
 const DROP_SIGMAS: f64 = 8.0;
@@ -13,6 +14,8 @@ const DROP_SHARE: f64 = 0.05;
 pub struct Pull {
     /// File and specimen.
     pub label: String,
+    /// Where it was read.
+    pub file: PathBuf,
     /// Strain (1).
     pub strain: Vec<f64>,
     /// Engineering stress (Pa).
@@ -48,8 +51,10 @@ impl Pull {
             _ => {}
         }
         let has = |q| table.all(q).next().is_some();
-        let size = |value: Option<f64>, what, key| {
-            value.filter(|v| *v > 0.0).ok_or(DumbbellError::NoSize { place: place.clone(), what, key })
+        let size = |value: Option<f64>, what, key| match value {
+            Some(size) if size > 0.0 => Ok(size),
+            Some(found) => Err(DumbbellError::Size { place: place.clone(), what, found, key }),
+            None => Err(DumbbellError::NoSize { place: place.clone(), what, key }),
         };
         let strains = has(Quantity::Strain);
         let stresses = has(Quantity::Stress);
@@ -79,6 +84,7 @@ impl Pull {
         let temperature = table.column(Quantity::Temperature).ok().and_then(|c| c.si());
         let stem = table.place.origin.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self {
+            file: table.place.origin.file.clone(),
             label: if table.label.is_empty() { stem } else { format!("{stem} {}", table.label) },
             rate_per_s: rate.map(|t| (strain[top] - strain[0]) / (t[top] - t[0])),
             strain,
@@ -91,11 +97,6 @@ impl Pull {
             gauge_length_m: table.specimen.gauge_length_m,
             temperature_c: temperature.map(|t| t.iter().sum::<f64>() / t.len() as f64 - 273.15),
         })
-    }
-
-    /// True stress λP (Pa), for a material that keeps its volume.
-    pub fn true_stress(&self) -> Vec<f64> {
-        self.strain.iter().zip(&self.stress).map(|(e, p)| (1.0 + e) * p).collect()
     }
 
     /// Rows of the first pull inside the window.
@@ -120,7 +121,7 @@ impl Pull {
             let before = self.stress[pair[0]];
             if *step < 0.0 && median - step > DROP_SIGMAS * sigma && -step > DROP_SHARE * before.abs() {
                 return Err(DumbbellError::Slipped {
-                    file: self.label.clone(),
+                    file: self.file.clone(),
                     line: self.lines[pair[1]],
                     before,
                     after: self.stress[pair[1]],

@@ -1,12 +1,11 @@
 //! Weighted linear least squares whose errors share causes.
 //!
-//! y = X β + e, cov e = V = s² D + Σ_k j_k j_kᵀ: independent noise of one unknown size s, times known factors, and effects that several rows
+//! y = X β + e, cov e = V = s² 1 + Σ_k j_k j_kᵀ: independent noise of one unknown size s, and effects that several rows
 //! have in common (a direction that is off by a little, a weight that is not what it says), each with a known standard deviation that is
 //! part of j_k. β̂ = (Xᵀ V⁻¹ X)⁻¹ Xᵀ V⁻¹ y (Aitken 1935). s is the one that makes the residuals as large as they should be:
 //! rᵀ V⁻¹ r = n − p, and zero where the shared causes alone explain more than that.
 
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Smallest noise that is looked for, over the root mean square of the residuals of ordinary least squares.
 const LEAST: f64 = 1e-4;
@@ -65,11 +64,6 @@ fn solve(x: &DMatrix<f64>, y: &DVector<f64>, inverse: &DMatrix<f64>) -> Option<E
     beta.iter().all(|b| b.is_finite()).then_some(Estimate { beta, covariance, noise: 1.0, residuals })
 }
 
-/// Half of a 90 % interval over the standard deviation, for a noise that was found with so many degrees of freedom.
-pub(super) fn half_90(freedom: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.95))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,7 +93,5 @@ mod tests {
         let expected = alone.covariance[(0, 0)] + 0.05 * 0.05;
         assert!((shared.covariance[(0, 0)] - expected).abs() < 1e-6 * expected);
         assert!((shared.beta[0] - alone.beta[0]).abs() < 1e-9 && (shared.noise - alone.noise).abs() < 1e-6);
-        // Tables of Student's distribution: t 0.95 with 10 degrees of freedom.
-        assert!((half_90(10.0) - 1.8125).abs() < 1e-4);
     }
 }

@@ -13,5 +13,6 @@ pub mod force;
 mod least_squares;
 mod sheet;
 pub mod stage;
+mod toml_file;
 
 pub use error::InstrumentError;

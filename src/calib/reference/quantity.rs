@@ -1,5 +1,6 @@
 //! Which quantities a reference value may be of, and how surely one is known.
 
+use crate::calib::coverage::Z95;
 use serde::{Deserialize, Serialize};
 
 /// A quantity that a reference value gives. Its key in a file names the unit.
@@ -75,12 +76,9 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// 95 % quantile of the standard normal distribution: half of a 90 % interval over its standard deviation.
-    const Z95: f64 = 1.644_853_626_951_472_7;
-
     /// The 90 % interval: as given, or of a normal distribution.
     pub fn interval(&self) -> [f64; 2] {
-        let half = Self::Z95 * self.sd;
+        let half = Z95 * self.sd;
         self.interval_90.unwrap_or([self.value - half, self.value + half])
     }
 }

@@ -40,6 +40,9 @@ pub struct Tried {
     pub score: Option<f64>,
 }
 
+/// Rows that a fit did not see, with measured less predicted (N or Pa).
+pub type Unseen = Vec<(usize, f64)>;
+
 /// The model that was chosen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
@@ -47,14 +50,14 @@ pub struct Choice {
     pub law: Law,
     /// All that were tried.
     pub tried: Vec<Tried>,
-    /// For each recording, what it misses in rows that its fit did not see: rows with residuals (N or Pa), measured less predicted.
-    pub unseen: Vec<Vec<(usize, f64)>>,
+    /// For each recording, what it misses in rows that its fit did not see.
+    pub unseen: Vec<Unseen>,
 }
 
 impl Choice {
     /// Greatest of what is missed in unseen rows over the peak, by recording.
     pub fn worst_share(&self, recordings: &[Recording]) -> Vec<f64> {
-        let share = |(r, rows): (&Recording, &Vec<(usize, f64)>)| {
+        let share = |(r, rows): (&Recording, &Unseen)| {
             rows.iter().fold(0.0, |m: f64, (_, left)| m.max(left.abs())) / (r.peak() - r.zero())
         };
         recordings.iter().zip(&self.unseen).map(share).collect()
@@ -62,7 +65,7 @@ impl Choice {
 
     /// Share of unseen rows within two stated deviations, by recording.
     pub fn within_two_sd(&self, recordings: &[Recording]) -> Vec<f64> {
-        let share = |(r, rows): (&Recording, &Vec<(usize, f64)>)| {
+        let share = |(r, rows): (&Recording, &Unseen)| {
             let within = rows.iter().filter(|(row, left)| left.abs() <= 2.0 * deviation(r, *row)).count();
             within as f64 / rows.len().max(1) as f64
         };
@@ -77,34 +80,29 @@ impl Choice {
 pub fn choose(recordings: &[Recording], settings: &Settings) -> Result<Choice, RelaxationError> {
     let kinds = kinds(settings.most_terms);
     let mut tried: Vec<Tried> = Vec::new();
-    for kind in &kinds {
-        let score = match recordings {
-            [one] => later(*kind, one, settings),
-            several => across(*kind, several).map(|all| rms(several, &all)),
+    // Place in `tried`, score, and, of several recordings, what each is missed by from the others.
+    let mut best: Option<(usize, f64, Vec<Unseen>)> = None;
+    for (at, kind) in kinds.iter().enumerate() {
+        let (score, unseen) = match recordings {
+            [one] => (later(*kind, one, settings), Vec::new()),
+            several => {
+                across(*kind, several).map_or((None, Vec::new()), |all| (Some(rms(several, &all)), all))
+            }
         };
         tried.push(Tried { kind: *kind, score });
-    }
-    let mut best: Option<(&Tried, f64)> = None;
-    for candidate in &tried {
-        let Some(score) = candidate.score.filter(|s| s.is_finite()) else { continue };
-        if best.is_none_or(|(_, least)| score < BETTER * least) {
-            best = Some((candidate, score));
+        let Some(score) = score.filter(|s| s.is_finite()) else { continue };
+        if best.as_ref().is_none_or(|(_, least, _)| score < BETTER * least) {
+            best = Some((at, score, unseen));
         }
     }
     let none = RelaxationError::NoModel { tried: kinds.len() };
-    let Some((kind, _)) = best.map(|(t, s)| (t.kind, s)) else { return Err(none) };
-    let (law, unseen) = match recordings {
-        [one] => {
-            let law = search(kind, &[(one, rows_until(one, settings.fitted_to))]);
-            let Some(law) = law else { return Err(none) };
-            let left = left_of(&law, one, settings.fitted_to, 1.0);
-            (law, vec![left])
-        }
-        several => {
-            let seen: Vec<_> = several.iter().map(|r| (r, rows_until(r, 1.0))).collect();
-            let Some(law) = search(kind, &seen) else { return Err(none) };
-            (law, across(kind, several).unwrap_or_default())
-        }
+    let Some((at, _, across)) = best else { return Err(none) };
+    let seen_to = if recordings.len() == 1 { settings.fitted_to } else { 1.0 };
+    let seen: Vec<_> = recordings.iter().map(|r| (r, rows_until(r, seen_to))).collect();
+    let Some(law) = search(kinds[at], &seen) else { return Err(none) };
+    let unseen = match recordings {
+        [one] => vec![left_of(&law, one, seen_to, 1.0)],
+        _ => across,
     };
     Ok(Choice { law, tried, unseen })
 }
@@ -119,7 +117,7 @@ fn kinds(most_terms: usize) -> Vec<Kind> {
     kinds
 }
 
-fn left_of(law: &Law, recording: &Recording, from: f64, to: f64) -> Vec<(usize, f64)> {
+fn left_of(law: &Law, recording: &Recording, from: f64, to: f64) -> Unseen {
     let hold = recording.rows(Phase::Hold);
     let (start, end) = (recording.time_s[hold[0]], recording.time_s[hold[hold.len() - 1]]);
     let modelled = law.force(recording);
@@ -137,7 +135,7 @@ fn later(kind: Kind, recording: &Recording, settings: &Settings) -> Option<f64> 
 }
 
 /// Each recording predicted from the others.
-fn across(kind: Kind, recordings: &[Recording]) -> Option<Vec<Vec<(usize, f64)>>> {
+fn across(kind: Kind, recordings: &[Recording]) -> Option<Vec<Unseen>> {
     (0..recordings.len())
         .map(|out| {
             let seen: Vec<_> = recordings
@@ -155,7 +153,7 @@ fn across(kind: Kind, recordings: &[Recording]) -> Option<Vec<Vec<(usize, f64)>>
         .collect()
 }
 
-fn rms(recordings: &[Recording], left: &[Vec<(usize, f64)>]) -> f64 {
+fn rms(recordings: &[Recording], left: &[Unseen]) -> f64 {
     let squares = recordings.iter().zip(left).flat_map(|(recording, rows)| {
         rows.iter().map(move |(row, left)| (left / deviation(recording, *row)).powi(2))
     });

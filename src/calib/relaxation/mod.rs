@@ -16,7 +16,7 @@ mod law;
 mod recording;
 mod search;
 
-pub use choose::{Choice, Settings, Tried, choose};
+pub use choose::{Choice, Settings, Tried, Unseen, choose};
 pub use error::RelaxationError;
 pub use law::{Kind, Law, Term};
 pub use recording::{Phase, Recording};

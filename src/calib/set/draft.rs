@@ -6,7 +6,8 @@ use crate::calib::instruments::force::ForceFile;
 use crate::calib::instruments::stage::StageFile;
 use crate::calib::lens::LensFile;
 use crate::calib::reference::ReferenceValue;
-use crate::calib::{Day, RegistrationFile, sha256_hex};
+use crate::calib::{Day, RegistrationFile};
+use crate::digest::sha256_hex;
 use crate::units::with_sd;
 use std::path::{Path, PathBuf};
 

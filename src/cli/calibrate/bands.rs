@@ -1,7 +1,7 @@
 //! `calibrate bands`: stiffness of rubber bands at the pull that they have on the rig.
 
-use super::instrument::{day, write};
-use super::specimen::{SpecimenArguments, contradictions, noted, raw, read, sources, tables};
+use super::instrument::{day, noted, write};
+use super::specimen::{SpecimenArguments, contradictions, raw, read, sources, tables};
 use crate::calib::bands::{Settings, Stiffness, Stretching, estimate};
 use crate::calib::reference::{Figure, ReferenceQuantity, ReferenceValue, Validity};
 use crate::cli::{Context, Exit, Outcome, UsageError};

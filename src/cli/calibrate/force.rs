@@ -1,6 +1,6 @@
 //! `calibrate force`: what the force sensor reads under dead weights.
 
-use super::instrument::{day, hashed, write};
+use super::instrument::{KeptArguments, day, hashed, noted, write};
 use crate::calib::instruments::force::{
     COMPONENTS, Drift, DriftLog, ForceFile, ForceFound, Frame, Known, Weights, calibrate_force, drift,
 };
@@ -53,18 +53,8 @@ pub(in crate::cli) struct ForceArguments {
     /// Lines of the table to leave out
     #[arg(long, value_name = "LINE", value_delimiter = ',')]
     leave_out: Vec<u64>,
-    /// When the weights were hung; today when left out
-    #[arg(long, value_name = "DAY")]
-    date: Option<String>,
-    /// What should be known of it; kept in the file
-    #[arg(long, value_name = "TEXT", default_value = "")]
-    note: String,
-    /// Where page, JSON and calibration go; an earlier result there is replaced
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    /// Replace whatever is there
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    kept: KeptArguments,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -94,13 +84,14 @@ pub(super) fn run(arguments: &ForceArguments, _: &Context) -> anyhow::Result<Out
         FrameWord::Sensor => Frame::Sensor,
         FrameWord::Phantom => Frame::Phantom,
     };
-    let date = day(arguments.date.as_deref())?;
-    let (serial, note) = (arguments.serial.clone(), arguments.note.clone());
+    let kept = &arguments.kept;
+    let date = day(kept.date.as_deref())?;
+    let (serial, note) = (arguments.serial.clone(), kept.note.clone());
     let file = ForceFile::new(&found, frame, date, serial, note, (name, sha256.clone()));
     let page = force_page(&found, &weights, wander.as_ref(), &sentence, &remarks)?;
     let json = json!({
         "format": "phantom-force-calibration-result/1",
-        "out": arguments.out,
+        "out": kept.out,
         "table": arguments.weights,
         "sha256": sha256,
         "rows": found.rows,
@@ -134,7 +125,7 @@ pub(super) fn run(arguments: &ForceArguments, _: &Context) -> anyhow::Result<Out
         })),
         "remarks": remarks,
     });
-    write(&arguments.out, arguments.force, "force", &page, &json, &file.text()?)?;
+    write(&kept.out, kept.force, "force", &page, &json, &file.text()?)?;
     let mut text = sentence;
     for (i, component) in COMPONENTS.iter().enumerate() {
         text += &format!(
@@ -146,10 +137,8 @@ pub(super) fn run(arguments: &ForceArguments, _: &Context) -> anyhow::Result<Out
             found.noise[i]
         );
     }
-    for remark in &remarks {
-        text += &format!("\nnote: {remark}");
-    }
-    let out = arguments.out.display();
+    text = noted(&text, &remarks);
+    let out = kept.out.display();
     text += &format!("\n{out}/force.html\nNext: phantom-rig calibrate set --force {out}/force.toml …");
     Ok(Outcome { exit: if remarks.is_empty() { Exit::Good } else { Exit::Degraded }, text, json })
 }

@@ -1,13 +1,31 @@
-//! What `calibrate force` and `calibrate stage` share: a table with its hash, the day, and a folder with page, JSON and TOML.
+//! What `calibrate force` and `calibrate stage` share: where the result goes and what is kept with it, a table with its hash, remarks.
 
-use crate::calib::{Day, sha256_hex};
+use crate::calib::Day;
+use crate::cli::today::today;
 use crate::cli::{Kind, StagedFolder, UsageError};
-use crate::session::utc_text;
+use crate::digest::sha256_hex;
 use anyhow::Context as _;
+use clap::Args;
 use serde_json::Value;
 use std::fs;
-use std::path::Path;
-use std::time::SystemTime;
+use std::path::{Path, PathBuf};
+
+/// Where a calibration goes, and what is kept with it.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct KeptArguments {
+    /// When the table was made; today when left out
+    #[arg(long, value_name = "DAY")]
+    pub(super) date: Option<String>,
+    /// What should be known of it; kept in the file
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    pub(super) note: String,
+    /// Where page, JSON and calibration go; an earlier result there is replaced
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: PathBuf,
+    /// Replace whatever is there
+    #[arg(long)]
+    pub(super) force: bool,
+}
 
 /// Name and SHA-256 of a file.
 pub(super) fn hashed(file: &Path) -> anyhow::Result<[String; 2]> {
@@ -20,7 +38,7 @@ pub(super) fn hashed(file: &Path) -> anyhow::Result<[String; 2]> {
 pub(super) fn day(given: Option<&str>) -> anyhow::Result<Day> {
     match given {
         Some(text) => Day::parse(text).map_err(|error| UsageError(error.to_string()).into()),
-        None => Ok(Day::of_time(&utc_text(SystemTime::now()))?),
+        None => Ok(today()?),
     }
 }
 
@@ -40,4 +58,9 @@ pub(super) fn write(
         fs::write(&file, text).with_context(|| format!("{}: can't be written", file.display()))?;
     }
     Ok(staged.finish()?)
+}
+
+/// Text with each remark on a line.
+pub(super) fn noted(sentence: &str, remarks: &[String]) -> String {
+    remarks.iter().fold(sentence.to_owned(), |text, remark| text + "\nnote: " + remark)
 }

@@ -1,7 +1,7 @@
 //! `calibrate relaxation`: how the force on a held specimen falls, from ramps and holds; what the model leaves out.
 
-use super::instrument::write;
-use super::specimen::{SpecimenArguments, contradictions, noted, raw, read, sources, tables};
+use super::instrument::{noted, write};
+use super::specimen::{SpecimenArguments, contradictions, raw, read, sources, tables};
 use crate::calib::coupon::{Fault, diagnose};
 use crate::calib::relaxation::{Choice, Recording, Settings, choose};
 use crate::cli::{Context, Exit, Outcome};

@@ -71,8 +71,3 @@ pub(super) fn contradictions(exports: &[Export]) -> Vec<String> {
 pub(super) fn sources(exports: &[Export]) -> String {
     raw(exports).into_iter().map(|r| r.file).collect::<Vec<_>>().join(", ")
 }
-
-/// Text with each remark on a line.
-pub(super) fn noted(sentence: &str, remarks: &[String]) -> String {
-    remarks.iter().fold(sentence.to_owned(), |text, remark| text + "\nnote: " + remark)
-}

@@ -1,6 +1,6 @@
 //! `calibrate stage`: where the stage goes, sent to a known place, and how far it yields.
 
-use super::instrument::{day, hashed, write};
+use super::instrument::{KeptArguments, day, hashed, noted, write};
 use crate::calib::instruments::stage::{
     BlockPress, Compliance, ISO, Positioning, StageFile, StageRuns, TipCompliance, Uncertain, compliance,
     positioning,
@@ -40,18 +40,8 @@ pub(in crate::cli) struct StageArguments {
     /// Which stage
     #[arg(long, value_name = "TEXT", default_value = "")]
     serial: String,
-    /// When the runs were made; today when left out
-    #[arg(long, value_name = "DAY")]
-    date: Option<String>,
-    /// What should be known of it; kept in the file
-    #[arg(long, value_name = "TEXT", default_value = "")]
-    note: String,
-    /// Where page, JSON and calibration go; an earlier result there is replaced
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    /// Replace whatever is there
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    kept: KeptArguments,
 }
 
 pub(super) fn run(arguments: &StageArguments, _: &Context) -> anyhow::Result<Outcome> {
@@ -74,14 +64,15 @@ pub(super) fn run(arguments: &StageArguments, _: &Context) -> anyhow::Result<Out
     tables.extend(arguments.block.as_deref().map(hashed).transpose()?);
     let remarks = remarks(&axes, yielding.as_ref());
     let sentence = axes.iter().map(sentence).collect::<Vec<_>>().join("; ");
-    let date = day(arguments.date.as_deref())?;
-    let (serial, note) = (arguments.serial.clone(), arguments.note.clone());
+    let kept = &arguments.kept;
+    let date = day(kept.date.as_deref())?;
+    let (serial, note) = (arguments.serial.clone(), kept.note.clone());
     let file = StageFile::new(&axes, yielding.as_ref(), date, serial, note, tables.clone());
     let source = arguments.runs.display().to_string();
     let page = stage_page(&axes, press.as_ref().zip(yielding.as_ref()), &source, &sentence, &remarks)?;
     let json = json!({
         "format": "phantom-stage-calibration-result/1",
-        "out": arguments.out,
+        "out": kept.out,
         "tables": tables.iter().map(|[name, sha256]| json!({"file": name, "sha256": sha256})).collect::<Vec<_>>(),
         "axes": axes.iter().map(of_axis).collect::<Vec<_>>(),
         "compliance": yielding.as_ref().map(|c| json!({
@@ -91,15 +82,13 @@ pub(super) fn run(arguments: &StageArguments, _: &Context) -> anyhow::Result<Out
         })),
         "remarks": remarks,
     });
-    write(&arguments.out, arguments.force, "stage", &page, &json, &file.text()?)?;
+    write(&kept.out, kept.force, "stage", &page, &json, &file.text()?)?;
     let mut text = sentence;
     if let Some(c) = &yielding {
         text += &format!("\nit yields by {} without the tip", with_sd(c.m_per_n, c.sd_m_per_n, 1e6, "µm/N"));
     }
-    for remark in &remarks {
-        text += &format!("\nnote: {remark}");
-    }
-    let out = arguments.out.display();
+    text = noted(&text, &remarks);
+    let out = kept.out.display();
     text += &format!("\n{out}/stage.html\nNext: phantom-rig calibrate set --stage {out}/stage.toml …");
     Ok(Outcome { exit: if remarks.is_empty() { Exit::Good } else { Exit::Degraded }, text, json })
 }

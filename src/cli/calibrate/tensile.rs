@@ -1,7 +1,7 @@
 //! `calibrate tensile`: Young's modulus of a material from pulled dumb-bells.
 
-use super::instrument::{day, write};
-use super::specimen::{SpecimenArguments, contradictions, noted, raw, read, sources, tables};
+use super::instrument::{day, noted, write};
+use super::specimen::{SpecimenArguments, contradictions, raw, read, sources, tables};
 use crate::calib::dumbbell::{Modulus, Pull, Settings, estimate};
 use crate::calib::reference::{Figure, ReferenceQuantity, ReferenceValue, Validity};
 use crate::cli::{Context, Exit, Outcome, UsageError};

@@ -82,6 +82,12 @@ pub fn read_seen_sessions(
                     .filter(|&s| s > whole.end_s())
                     .ok_or_else(|| DatasetError::SessionBack { session: session.folder().to_owned() })?,
             };
+            if zero.as_ref().is_some_and(|(began, _)| began.calibration != file.start().calibration) {
+                remarks.push(format!(
+                    "{}: another calibration set than at the beginning; each stretch is put right by its own",
+                    session.folder().display()
+                ));
+            }
             whole.take(&part, offset_s);
             camera_lags.push(part.lag);
             zero.get_or_insert_with(|| (file.start().clone(), part));

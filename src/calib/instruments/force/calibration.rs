@@ -15,8 +15,9 @@
 
 use super::outlier::{Misfit, misfits};
 use super::{COMPONENTS, Hold, Weights};
+use crate::calib::coverage::half_90;
 use crate::calib::instruments::InstrumentError;
-use crate::calib::instruments::least_squares::{Estimate, generalised, half_90};
+use crate::calib::instruments::least_squares::{Estimate, generalised};
 use crate::geometry::{Mat3, Vec3};
 use nalgebra::{DMatrix, DVector, SMatrix};
 use std::path::Path;

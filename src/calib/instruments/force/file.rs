@@ -2,7 +2,7 @@
 
 use super::ForceFound;
 use crate::calib::Day;
-use crate::calib::instruments::InstrumentError;
+use crate::calib::instruments::{InstrumentError, toml_file};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -103,8 +103,7 @@ impl ForceFile {
     /// # Errors
     /// [`InstrumentError::File`]: a value that TOML cannot hold.
     pub fn text(&self) -> Result<String, InstrumentError> {
-        toml::to_string(self)
-            .map_err(|error| InstrumentError::File { file: "force.toml".into(), why: error.to_string() })
+        toml_file::text(self, "force.toml")
     }
 
     /// Reads and checks a text; `file` is for messages.
@@ -113,13 +112,7 @@ impl ForceFile {
     /// [`InstrumentError::File`]: no TOML, another format, a key missing or unknown, numbers that cannot be.
     pub fn parse(file: &Path, text: &str) -> Result<Self, InstrumentError> {
         let refuse = |why: String| Err(InstrumentError::File { file: file.to_owned(), why });
-        let read: Self = match toml::from_str(text) {
-            Ok(read) => read,
-            Err(error) => return refuse(error.to_string().trim_end().to_owned()),
-        };
-        if read.format != FORMAT {
-            return refuse(format!("format is {:?}; expected {FORMAT:?}", read.format));
-        }
+        let read: Self = toml_file::parse(file, text, |read: &Self| &read.format, FORMAT)?;
         let numbers = read.correction.iter().flatten();
         if let Some(bad) = numbers.clone().find(|x| !x.is_finite()) {
             return refuse(format!("correction holds {bad}"));
@@ -137,11 +130,5 @@ impl ForceFile {
     /// The wrench on the tool, from a reading (N, N·m) less its zero.
     pub fn wrench(&self, reading: [f64; 6]) -> [f64; 6] {
         self.correction.map(|row| row.iter().zip(reading).map(|(c, r)| c * r).sum())
-    }
-
-    /// Standard deviation of each component of a wrench of this reading that the calibration leaves.
-    pub fn wrench_sd(&self, reading: [f64; 6]) -> [f64; 6] {
-        self.correction_sd
-            .map(|row| row.iter().zip(reading).map(|(sd, r)| (sd * r).powi(2)).sum::<f64>().sqrt())
     }
 }

@@ -7,8 +7,9 @@
 //! A contact that stiffens (a soft tip, dirt) bends the line: a quadratic term above contact is tried, and said where it is significant
 //! at 1 %.
 
+use crate::calib::coverage::{Z95, half_90};
 use crate::calib::instruments::InstrumentError;
-use crate::calib::instruments::least_squares::{generalised, half_90};
+use crate::calib::instruments::least_squares::generalised;
 use crate::calib::instruments::sheet::{FORCE, LENGTH, Sheet, TIME};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -154,7 +155,7 @@ pub fn compliance(press: &BlockPress, tip: TipCompliance) -> Result<Compliance, 
     Ok(Compliance {
         m_per_n,
         sd_m_per_n: own.hypot(tip.sd_m_per_n),
-        half_90_m_per_n: (half_90(freedom) * own).hypot(1.644_853_626_951_472_7 * tip.sd_m_per_n),
+        half_90_m_per_n: (half_90(freedom) * own).hypot(Z95 * tip.sd_m_per_n),
         slope_n_per_m: slope,
         slope_sd_n_per_m: slope_sd,
         contact_m: contact,

@@ -2,7 +2,7 @@
 
 use super::{Compliance, Positioning};
 use crate::calib::Day;
-use crate::calib::instruments::InstrumentError;
+use crate::calib::instruments::{InstrumentError, toml_file};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -112,8 +112,7 @@ impl StageFile {
     /// # Errors
     /// [`InstrumentError::File`]: a value that TOML cannot hold.
     pub fn text(&self) -> Result<String, InstrumentError> {
-        toml::to_string(self)
-            .map_err(|error| InstrumentError::File { file: "stage.toml".into(), why: error.to_string() })
+        toml_file::text(self, "stage.toml")
     }
 
     /// Reads and checks a text; `file` is for messages.
@@ -122,13 +121,7 @@ impl StageFile {
     /// [`InstrumentError::File`]: no TOML, another format, a key missing or unknown, numbers that cannot be.
     pub fn parse(file: &Path, text: &str) -> Result<Self, InstrumentError> {
         let refuse = |why: String| Err(InstrumentError::File { file: file.to_owned(), why });
-        let read: Self = match toml::from_str(text) {
-            Ok(read) => read,
-            Err(error) => return refuse(error.to_string().trim_end().to_owned()),
-        };
-        if read.format != FORMAT {
-            return refuse(format!("format is {:?}; expected {FORMAT:?}", read.format));
-        }
+        let read: Self = toml_file::parse(file, text, |read: &Self| &read.format, FORMAT)?;
         for axis in &read.axis {
             let pairs = [axis.scale, axis.backlash_m, axis.accuracy_m, axis.repeatability_m, axis.reversal_m];
             if pairs.iter().any(|[value, sd]| !(value.is_finite() && sd.is_finite() && *sd >= 0.0)) {

@@ -21,8 +21,9 @@
 //! Tests: `tests/calibration/stage.rs`, against a stage of known faults and by figures worked out by hand.
 
 use super::{Approach, StageReading, StageRuns};
+use crate::calib::coverage::{Z95, half_90};
 use crate::calib::instruments::InstrumentError;
-use crate::calib::instruments::least_squares::{generalised, half_90};
+use crate::calib::instruments::least_squares::generalised;
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -120,7 +121,7 @@ pub fn positioning(runs: &StageRuns, gauge_share: f64) -> Result<Positioning, In
         what: "the targets span no way",
     })?;
     let own = line.covariance[(1, 1)].sqrt();
-    let gauge_90 = 1.644_853_626_951_472_7 * gauge_share;
+    let gauge_90 = Z95 * gauge_share;
     let scale = Uncertain {
         value: line.beta[1],
         sd: own.hypot(gauge_share),
@@ -202,7 +203,7 @@ fn uncertain_iso(at: &[At], n: usize) -> [Uncertain; 5] {
     }
     std::array::from_fn(|k| {
         let sd = moments(&again[k]).1;
-        Uncertain { value: found[k], sd, half_90: 1.644_853_626_951_472_7 * sd }
+        Uncertain { value: found[k], sd, half_90: Z95 * sd }
     })
 }
 

@@ -1,4 +1,4 @@
-//! What a text is recognised by: its SHA-256.
+//! SHA-256 (FIPS 180-4) as people and files write it.
 
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
