@@ -3,7 +3,7 @@
 use super::instrument::{noted, write};
 use super::specimen::{SpecimenArguments, contradictions, raw, read, sources, tables};
 use crate::calib::coupon::{Fault, diagnose};
-use crate::calib::relaxation::{Choice, Recording, Settings, choose};
+use crate::calib::relaxation::{Choice, Phase, Recording, Settings, choose};
 use crate::cli::{Context, Exit, Outcome};
 use crate::report::{Curve, SpecimenTable, specimen_page};
 use clap::Args;
@@ -54,6 +54,7 @@ pub(super) fn run(arguments: &RelaxationArguments, context: &Context) -> anyhow:
         "format": "phantom-relaxation/1",
         "out": arguments.read.out,
         "model": found.law.kind.words(),
+        "is_minimum": found.law.termination.is_answer(),
         "lasting_fraction": found.law.lasting() / whole,
         "terms": terms.iter().map(|t| json!({"relaxed_fraction": t.amplitude / whole, "time_constant_s": t.time_s})).collect::<Vec<_>>(),
         "evidence": found.tried.iter().map(|t| json!({"model": t.kind.words(), "missed_over_sd": t.score})).collect::<Vec<_>>(),
@@ -98,6 +99,11 @@ fn sentence(found: &Choice, recordings: &[Recording]) -> String {
 }
 
 fn page_tables(found: &Choice, recordings: &[Recording], faults: &[Vec<Fault>]) -> Vec<SpecimenTable> {
+    let told_apart = if found.law.termination.is_answer() {
+        ""
+    } else {
+        "The search came to no minimum: together they predict the force, one by one they are not told apart."
+    };
     let terms = found.law.terms();
     let whole = found.law.lasting() + terms.iter().map(|t| t.amplitude).sum::<f64>();
     let share = |force: f64| format!("{:.4}", force / whole);
@@ -124,7 +130,7 @@ fn page_tables(found: &Choice, recordings: &[Recording], faults: &[Vec<Fault>]) 
             rows: left_out.collect(),
             note: "What the machine itself yields can't be told from one specimen.",
         },
-        SpecimenTable { title: "Terms", head: vec!["time constant, s", "share"], rows, note: "" },
+        SpecimenTable { title: "Terms", head: vec!["time constant, s", "share"], rows, note: told_apart },
         SpecimenTable {
             title: "Evidence",
             head: vec!["Model", "missed in unseen data, deviations"],
@@ -141,10 +147,13 @@ fn page_tables(found: &Choice, recordings: &[Recording], faults: &[Vec<Fault>]) 
 fn curves(found: &Choice, recordings: &[Recording]) -> Vec<Curve> {
     let mut curves = Vec::new();
     for recording in recordings {
-        let along = |f: &[f64]| recording.time_s.iter().copied().zip(f.iter().copied()).collect();
-        curves.push(Curve { name: recording.label.clone(), points: along(&recording.force), line: false });
+        let measured = recording.time_s.iter().copied().zip(recording.force.iter().copied());
+        curves.push(Curve { name: recording.label.clone(), points: measured.collect(), line: false });
+        // On the way back the plate comes free, which is no part of the model.
+        let modelled = recording.time_s.iter().copied().zip(found.law.force(recording));
+        let held = modelled.zip(&recording.phase).filter(|(_, phase)| **phase != Phase::Unloading);
         let name = format!("{}, modelled", recording.label);
-        curves.push(Curve { name, points: along(&found.law.force(recording)), line: true });
+        curves.push(Curve { name, points: held.map(|(point, _)| point).collect(), line: true });
     }
     curves
 }
