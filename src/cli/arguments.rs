@@ -14,6 +14,7 @@ use super::experiment::BlockExperimentArguments;
 use super::fit::FitArguments;
 use super::plan::PlanArguments;
 use super::poke::PokeArguments;
+use super::predict::PredictArguments;
 use super::prove::ProveArguments;
 use super::replay::ReplayArguments;
 use super::run_protocol::RunArguments;
@@ -51,6 +52,7 @@ pub(super) struct Cli {
 pub(super) enum Command {
     Fit(FitArguments),
     Diagnose(DiagnoseArguments),
+    Predict(PredictArguments),
     Check(CheckArguments),
     Mesh(MeshArguments),
     Experiment(ExperimentArguments),

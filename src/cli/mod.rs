@@ -38,6 +38,7 @@ mod outcome;
 mod plan;
 mod planned;
 mod poke;
+mod predict;
 mod progress;
 mod proof;
 mod prove;

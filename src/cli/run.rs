@@ -3,8 +3,8 @@
 use super::arguments::{Cli, Command, Experiment, Shape};
 use super::{
     Context, Exit, Outcome, Progress, UsageError, bench, block_mesh, calibrate, check, completions, conceal,
-    demo, diagnose, doctor, draw, experiment, fit, interrupt, plan, poke, prove, replay, run_protocol,
-    session, track,
+    demo, diagnose, doctor, draw, experiment, fit, interrupt, plan, poke, predict, prove, replay,
+    run_protocol, session, track,
 };
 use anyhow::Context as _;
 use clap::Parser;
@@ -40,6 +40,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
     match &cli.command {
         Command::Fit(arguments) => fit::run(arguments, &context),
         Command::Diagnose(arguments) => diagnose::run(arguments, &context),
+        Command::Predict(arguments) => predict::run(arguments, &context),
         Command::Check(arguments) => check::run(arguments, &context),
         Command::Mesh(arguments) => match &arguments.shape {
             Shape::Block(arguments) => block_mesh::run(arguments, &context),

@@ -1,6 +1,8 @@
 //! Why a fit could not be made.
 
 use crate::fem::FemError;
+use crate::fem::finite::FiniteError;
+use crate::fem::material::MaterialError;
 use crate::observation::{Contact, TipShape};
 
 /// What keeps a recording from being fitted.
@@ -69,6 +71,35 @@ pub enum InverseError {
         /// Patches at the end.
         patches: usize,
     },
+    /// A load that should stand still changes.
+    #[error(
+        "{recording}, poke {poke}: the force scatters by {scatter_n:.3} N about {mean_n:.3} N; a dead load stands still"
+    )]
+    Unsteady {
+        /// The recording.
+        recording: String,
+        /// Number of the poke.
+        poke: u32,
+        /// Standard deviation of the force (N).
+        scatter_n: f64,
+        /// Its mean (N).
+        mean_n: f64,
+    },
+    /// Rest positions are those of a body that hangs by its weight already.
+    #[error(
+        "{recording}: its rest positions carry the sag (gravity_at_rest = true); the shape without weight, from which large \
+         rotations are counted, is not known"
+    )]
+    SagAtRest {
+        /// The recording.
+        recording: String,
+    },
+    /// A body has no equilibrium at finite strain.
+    #[error("the body at finite strain")]
+    Finite(#[from] FiniteError),
+    /// A material at finite strain is none.
+    #[error("the material at finite strain")]
+    Material(#[from] MaterialError),
     /// The data do not determine the modulus.
     #[error("the recording does not determine Young's modulus: {why}")]
     Undetermined {

@@ -9,6 +9,7 @@
 
 mod blocks;
 mod condensed;
+pub mod dead_load;
 mod error;
 mod evidence;
 pub mod experiment;

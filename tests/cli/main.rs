@@ -6,6 +6,7 @@ mod diagnose;
 #[path = "../bundles/fixture.rs"]
 mod fixture;
 mod mesh_block;
+mod predict;
 #[path = "../support/program.rs"]
 mod program;
 mod proof;

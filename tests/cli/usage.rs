@@ -21,6 +21,7 @@ fn help_and_version_are_good() {
         &["mesh", "block", "--help"],
         &["completions", "--help"],
         &["diagnose", "--help"],
+        &["predict", "--help"],
         &["conceal", "--help"],
         &["prove", "--help"],
     ] {
