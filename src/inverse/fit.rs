@@ -14,7 +14,7 @@ use super::outcome::{Elements, Settled, outcome};
 use super::problem::{Linearised, Problem, State};
 use super::residual::Whitening;
 use super::result::Fit;
-use super::search::{candidates, search};
+use super::search::{Candidate, candidates, search, with_missed};
 use super::tilt::turns_little;
 use crate::fem::{
     Discretisation, FemError, Model, Order, Resolution, Space, Spot, Tip, TipFace, coarseness, discretise,
@@ -140,7 +140,12 @@ pub fn settled<T, E: From<InverseError>>(
         found = search(&mut problem, Some(made), &found.state, radius, &places, &mut tell)?;
     }
     problem.whitening = Whitening::new(&evidence, elements.site);
-    let found = settle(&mut problem, finest.as_ref(), found)?;
+    let mut found = settle(&mut problem, finest.as_ref(), found)?;
+    if let Some(finest) = &finest
+        && let Some(more) = completed(&mut problem, finest, &found, elements.site, radius, &places)?
+    {
+        found = more;
+    }
     then(&Settled {
         recording,
         settings,
@@ -150,6 +155,29 @@ pub fn settled<T, E: From<InverseError>>(
         at: &found,
         finer: finest.as_ref(),
     })
+}
+
+/// A settled fit with the patch that its search missed, settled anew; `None`, and the problem as it was, where none was missed or the
+/// fit does not settle with it. `site` is what elements get wrong in a reading of force, at least.
+fn completed<'a>(
+    problem: &mut Problem<'a>,
+    finest: &Finer,
+    found: &Linearised,
+    site: f64,
+    radius_m: f64,
+    places: &[Candidate],
+) -> Result<Option<Linearised>, InverseError> {
+    let weights = problem.whitening.clone();
+    problem.whitening = Whitening::new(problem.evidence, site).near(&found.prediction);
+    let at = problem.linearise(&found.state)?;
+    if let Some(more) = with_missed(problem, finest, &at, radius_m, places)? {
+        match settle(problem, Some(finest), more) {
+            Err(InverseError::NotSettled { .. }) => problem.correct(finest, &found.state.patches)?,
+            settled => return settled.map(Some),
+        }
+    }
+    problem.whitening = weights;
+    Ok(None)
 }
 
 /// The mesh of the first discretisation: for a quick fit the given one.

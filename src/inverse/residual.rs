@@ -23,6 +23,7 @@ const SIZES: i32 = 8;
 const SIZE_STEP: f64 = 1.35;
 
 /// Whitening of a recording's readings.
+#[derive(Clone)]
 pub struct Whitening<'a> {
     evidence: &'a Evidence,
     /// Relative standard deviation of what the elements get wrong in one reading of force: as used, and at least.

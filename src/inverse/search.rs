@@ -191,6 +191,50 @@ pub fn search(
     Err(InverseError::NotSettled { rounds, patches: at.state.patches.len() })
 }
 
+/// What is left beyond noise, in standard deviations of a sum of squares, from where on something is not explained.
+const UNEXPLAINED_SD: f64 = 5.0;
+
+/// What is left beyond noise.
+fn beyond_noise(at: &Linearised) -> f64 {
+    at.chi2() - at.residual.len().saturating_sub(at.parameters.len()) as f64
+}
+
+/// Whether no more is left than noise leaves.
+fn explained(at: &Linearised) -> bool {
+    beyond_noise(at) < UNEXPLAINED_SD * (2.0 * at.residual.len() as f64).sqrt()
+}
+
+/// A patch that was missed promises to explain at least this share of what is left beyond noise: another cause would leave most.
+const MISSED_SHARE: f64 = 0.5;
+
+/// With the patch that the search missed: where a settled fit leaves more than noise, and with one more patch it does
+/// not. `None` where nothing is missed, or no single patch would explain it.
+///
+/// Why: while patches are searched for, what elements may get wrong is taken for large, so that they do not become patches. A weak
+/// patch beside strong ones hides behind that.
+pub(super) fn with_missed(
+    problem: &mut Problem<'_>,
+    finer: &Finer,
+    at: &Linearised,
+    patch_radius_m: f64,
+    candidates: &[Candidate],
+) -> Result<Option<Linearised>, InverseError> {
+    if explained(at) {
+        return Ok(None);
+    }
+    let correction = problem.correction.take();
+    problem.correct(finer, &at.state.patches)?;
+    let mut looking = Looking { problem, finer: Some(finer), patch_radius_m, candidates };
+    let grown = match looking.grown(at, MISSED_SHARE * beyond_noise(at))? {
+        Some(grown) => Some(looking.settle_glue(grown)?).filter(explained),
+        None => None,
+    };
+    if grown.is_none() {
+        problem.correction = correction;
+    }
+    Ok(grown)
+}
+
 /// A search under way.
 struct Looking<'s, 'p> {
     problem: &'s mut Problem<'p>,
@@ -216,7 +260,12 @@ impl Looking<'_, '_> {
         let mut at = pruned(self.problem, at)?;
         let mut changes = before - at.state.patches.len();
         for _ in 0..ROUNDS {
-            let Some(grown) = self.grown(&at)? else { break };
+            let mends_the_model = self.finer.is_some() && unit(&at) > WRONG;
+            if mends_the_model {
+                break;
+            }
+            let enough = worthwhile(self.problem, &at)?;
+            let Some(grown) = self.grown(&at, enough)? else { break };
             at = self.settle_glue(grown)?;
             at = pruned(self.problem, at)?;
             changes += 1;
@@ -224,18 +273,16 @@ impl Looking<'_, '_> {
         Ok((at, changes))
     }
 
-    /// With one more patch, where one is worthwhile.
-    fn grown(&mut self, at: &Linearised) -> Result<Option<Linearised>, InverseError> {
+    /// With one more patch, where one lowers the sum of squares by `enough`.
+    fn grown(&mut self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
         // A patch has three parameters; what is left must still be judged.
         let spare = at.residual.len().saturating_sub(at.parameters.len());
-        let mends_the_model = self.finer.is_some() && unit(at) > WRONG;
-        if at.state.patches.len() >= MOST_PATCHES || spare <= 3 || mends_the_model {
+        if at.state.patches.len() >= MOST_PATCHES || spare <= 3 {
             return Ok(None);
         }
         let Some((best, promised)) = best_candidate(self.problem, at, self.candidates)? else {
             return Ok(None);
         };
-        let enough = worthwhile(self.problem, at)?;
         if promised < enough {
             return Ok(None);
         }
@@ -312,7 +359,7 @@ impl Looking<'_, '_> {
     }
 }
 
-/// What a patch must lower the sum of squares by to be kept.
+/// What a patch must lower the sum of squares by to be added.
 fn worthwhile(problem: &Problem<'_>, at: &Linearised) -> Result<f64, InverseError> {
     let (free, _) = with_modulus(problem, &problem.mount(&[])?, at.state.modulus)?;
     Ok((SIGNIFICANT * unit(at)).max(WORTHWHILE_SHARE * (free - at.chi2())))
@@ -392,11 +439,12 @@ fn with_modulus(problem: &Problem<'_>, mounted: &Mounted, start: f64) -> Result<
     Ok((problem.residual(mounted, modulus)?.norm_squared(), modulus))
 }
 
-/// Takes out, one at a time, patches that the others can do without.
+/// Takes out, one at a time, patches that the others can do without. Where all of them together explain the recording down to its
+/// noise a patch need not explain a share of it, as none then mends a wrong model.
 pub(super) fn pruned(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
     let mut at = at;
     loop {
-        let enough = worthwhile(problem, &at)?;
+        let enough = if explained(&at) { SIGNIFICANT * unit(&at) } else { worthwhile(problem, &at)? };
         let mut without: Option<Linearised> = None;
         for p in (0..at.state.patches.len()).filter(|&p| !beyond_doubt(&at, p)) {
             let mut state = at.state.clone();
