@@ -3,12 +3,14 @@
 //! Light and shadow that the tip brings along, pixels that a dot has moved on to and the depth beside it each give a marker an error of its
 //! own that lasts. Between pokes the phantom is as it was before the first: how far means over one such rest lie from those of the first
 //! beyond what white noise makes of them says how large these errors are. The largest hundredth does not count, so that what moves a few
-//! markers for good (a place that creeps) is not taken for an error of the camera; what all have in common is the camera's sway.
+//! markers for good (a place that creeps) is not taken for an error of the camera; what all have in common is the camera's sway. What a memory moves
+//! there is taken off as soon as a reading has one (`creep`).
 //!
 //! Under the tip they are larger: against the truth of the simulated bench's pictures, means over a piece of a poke were off by 0.5 to 1.2 µm
 //! beyond white noise where those over rests were off by 0.5 µm.
 
-use super::rest::{MARGIN_S, beyond_chance};
+use super::creep::Creep;
+use super::rest::{MARGIN_S, SETTLED_S, beyond_chance};
 use crate::geometry::Vec3;
 use crate::inverse::Evidence;
 use crate::observation::Recording;
@@ -30,10 +32,10 @@ struct RestMean {
 const UNDER_TIP: f64 = 1.5;
 
 /// Variance (m²) of a marker's lasting error during a poke, along each axis.
-pub(super) fn lasting(recording: &Recording, evidence: &Evidence) -> [f64; 3] {
+pub(super) fn lasting(recording: &Recording, evidence: &Evidence, creep: &Creep) -> [f64; 3] {
     let mut means = Vec::new();
     for [from, until] in rests(recording) {
-        means.extend(of_rest(recording, evidence, from, until));
+        means.extend(of_rest(recording, evidence, creep, [from, until]));
     }
     std::array::from_fn(|axis| UNDER_TIP.powi(2) * beyond_white(&means, axis, evidence.noise.marker_m[axis]))
 }
@@ -43,18 +45,25 @@ fn rests(recording: &Recording) -> impl Iterator<Item = [f64; 2]> + '_ {
     let last_s = recording.markers.frame_time_s.last().copied().unwrap_or_default();
     recording.pokes.iter().enumerate().map(move |(i, poke)| {
         let until = recording.pokes.get(i + 1).map_or(last_s, |next| next.start_s - MARGIN_S);
-        [poke.end_s + MARGIN_S, until]
+        [poke.end_s + SETTLED_S, until]
     })
 }
 
 /// The means over one rest, less the median marker's.
-fn of_rest(recording: &Recording, evidence: &Evidence, from: f64, until: f64) -> Vec<RestMean> {
+fn of_rest(
+    recording: &Recording,
+    evidence: &Evidence,
+    creep: &Creep,
+    [from, until]: [f64; 2],
+) -> Vec<RestMean> {
     let markers = &recording.markers;
     let mut sums = vec![(Vec3::zeros(), 0.0); evidence.rest.len()];
     for row in &markers.rows {
-        if (from..until).contains(&markers.frame_time_s[row.frame as usize]) {
+        if (from..until).contains(&markers.frame_time_s[row.frame as usize])
+            && let Some(crept) = creep.of(row.frame as usize, row.marker as usize)
+        {
             let sum = &mut sums[row.marker as usize];
-            *sum = (sum.0 + Vec3::from(row.position_m), sum.1 + 1.0);
+            *sum = (sum.0 + Vec3::from(row.position_m) - crept, sum.1 + 1.0);
         }
     }
     let mut means: Vec<RestMean> = (sums.iter().zip(&evidence.rest))

@@ -73,7 +73,7 @@ pub(super) fn march(
     let mut before_s = timeline.rows.first().map_or(0.0, |row| row.time_s) - FIRST_STEP_S;
     // Without a clock in any law a row's answer is in proportion to the path of the tip.
     let ages = effects.drying_per_s.re != 0.0 || effects.drying_per_s.eps.0.is_some();
-    let remembers = !effects.relaxation.is_empty() || effects.bands.iter().any(|band| band.memory.is_some());
+    let remembers = effects.remember();
     for row in &timeline.rows {
         if row.contact.is_none() && !remembers {
             // Nothing moves and nothing is remembered.

@@ -12,6 +12,7 @@
 //! | `march`, `memory`, `tip_path`, `camera` | what the phantom, its restraint, the stage and the camera do in time |
 //! | `body`, [`bulk`] | the condensed body, and linear changes of it |
 //! | `extra`, [`large`] | what is not linear in the displacement |
+//! | `rest`, `lasting`, `creep` | how far the instruments' errors are from white |
 //! | `left`, `place` | what a reading leaves: when, where, in which channel |
 //! | `verdict`, `parameters`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
 //!
@@ -21,6 +22,7 @@
 mod body;
 pub mod bulk;
 mod camera;
+mod creep;
 mod curves;
 mod diagnosis;
 mod dual;

@@ -7,6 +7,7 @@
 use super::body::{Body, body};
 use super::bulk::{self, BodyChange, BulkKnob};
 use super::camera::camera;
+use super::creep::Creep;
 use super::dual::{Dual, MOST, variable};
 use super::effects::Effects;
 use super::error::DiagnoseError;
@@ -64,7 +65,8 @@ pub(super) struct Model<'a> {
     pub settled: &'a Settled<'a>,
     /// Every poke.
     pub tracks: Vec<Track>,
-    timeline: Timeline,
+    /// The recording in time.
+    pub timeline: Timeline,
     /// The baseline's body.
     pub body: Body,
     patches: Vec<Patch>,
@@ -184,7 +186,7 @@ impl<'a> Model<'a> {
             timeline,
             force_sd: noise.force_n,
             marker_sd: settled.evidence.rest.iter().map(rest).collect(),
-            correlation: correlation(settled.recording, settled.evidence),
+            correlation: correlation(settled.recording, settled.evidence, &Creep::None),
             rest: force_at_rest(settled.recording),
             body,
             modulus,

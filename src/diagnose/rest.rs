@@ -5,6 +5,7 @@
 //! The camera may sway as a whole: the variance of all markers' common motion, likewise. Each marker may err in its own way for a while:
 //! see `lasting`.
 
+use super::creep::Creep;
 use super::lasting::lasting;
 use crate::geometry::Vec3;
 use crate::inverse::Evidence;
@@ -35,6 +36,8 @@ pub(super) fn force_at_rest(recording: &Recording) -> Vec<(f64, Vec3)> {
 
 /// Rows so close to a poke (s) do not count as rest.
 pub(super) const MARGIN_S: f64 = 0.05;
+/// Nor do markers so soon after one: when and how fast the surface leaves the tip no model here says.
+pub(super) const SETTLED_S: f64 = 0.3;
 /// Length of the means (s).
 const BLOCK_S: f64 = 0.5;
 /// Fewer means, or frames, than this say nothing.
@@ -42,16 +45,16 @@ const FEWEST: usize = 6;
 /// Chance raises a variance of so many degrees of freedom by this many standard deviations, once in a thousand times.
 const CHANCE: f64 = 3.1;
 
-/// Measures all of them.
-pub(super) fn correlation(recording: &Recording, evidence: &Evidence) -> Correlation {
+/// Measures all of them. What a reading says to move between pokes is no error.
+pub(super) fn correlation(recording: &Recording, evidence: &Evidence, creep: &Creep) -> Correlation {
     let sd = evidence.noise.force_n;
     let means = means(&force_at_rest(recording));
     let drifts = drifts(&means, sd);
     Correlation {
         force: wandering(&means, sd, drifts),
         drifts,
-        sway_m2: sway(recording, evidence),
-        lasting_m2: lasting(recording, evidence),
+        sway_m2: sway(recording, evidence, creep),
+        lasting_m2: lasting(recording, evidence, creep),
     }
 }
 
@@ -142,22 +145,24 @@ pub(super) fn beyond_chance(ratio: f64, freedom: f64) -> f64 {
     if ratio > 1.0 + CHANCE * (2.0 / freedom).sqrt() { ratio } else { 1.0 }
 }
 
-/// Variance of the markers' common motion between pokes, beyond what their own noise makes. Creep counts as sway: it
-/// only makes the common motion weigh less.
-fn sway(recording: &Recording, evidence: &Evidence) -> [f64; 3] {
+/// Variance of the markers' common motion between pokes, beyond what their own noise makes. Creep that is not
+/// known counts as sway: it only makes the common motion weigh less.
+fn sway(recording: &Recording, evidence: &Evidence, creep: &Creep) -> [f64; 3] {
     let markers = &recording.markers;
     // Sum over all markers of their displacement from rest, frame by frame, and so many markers.
     let mut frames = vec![(Vec3::zeros(), 0.0); markers.frame_time_s.len()];
     for row in &markers.rows {
         let (rest, rows) = evidence.rest[row.marker as usize];
-        if rows > 0 {
+        if rows > 0
+            && let Some(crept) = creep.of(row.frame as usize, row.marker as usize)
+        {
             let frame = &mut frames[row.frame as usize];
-            frame.0 += Vec3::from(row.position_m) - rest;
+            frame.0 += Vec3::from(row.position_m) - rest - crept;
             frame.1 += 1.0;
         }
     }
     let touched =
-        |t: f64| recording.pokes.iter().any(|p| t >= p.start_s - MARGIN_S && t <= p.end_s + MARGIN_S);
+        |t: f64| recording.pokes.iter().any(|p| t >= p.start_s - MARGIN_S && t <= p.end_s + SETTLED_S);
     let still = |t: f64| t >= recording.rest_until_s && !touched(t);
     let rest_frames =
         markers.frame_time_s.iter().filter(|t| **t < recording.rest_until_s).count().max(1) as f64;

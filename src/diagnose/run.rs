@@ -58,9 +58,14 @@ fn diagnosed(
         return Err(DiagnoseError::TooFewPokes { pokes: model.tracks.len() });
     }
     progress(Progress::Screening);
-    let mut selection =
-        select(&model, &mut |acting, entries| progress(Progress::Refitting { acting, entries }))
-            .ok_or(DiagnoseError::Singular)?;
+    let mut tell = |acting, entries| progress(Progress::Refitting { acting, entries });
+    let mut selection = select(&model, &mut tell).ok_or(DiagnoseError::Singular)?;
+    // A memory's creep between pokes was taken for errors of the camera, which hid what else acts.
+    if let Some(chosen) = selection.chosen.map(|i| selection.tried[i].fitted.clone())
+        && model.measure_rest(&chosen)
+    {
+        selection = select(&model, &mut tell).ok_or(DiagnoseError::Singular)?;
+    }
     if let Some(tried) = selection.chosen.map(|i| &mut selection.tried[i]) {
         tried.fitted = resolved(&mut model, found, tried.fitted.clone(), progress)?;
     }

@@ -7,7 +7,7 @@ use super::model::{Acting, Model};
 use super::physics::Physics;
 use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
 use super::starts::{Start, ready, starts};
-use super::verdict::{alike, beyond_noise};
+use super::verdict::{Beyond, alike};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -252,11 +252,13 @@ pub(super) fn like_elements(physics: Physics) -> bool {
     misplaced(physics).is_some()
 }
 
+/// Less than this, in standard deviations, is no more than noise leaves.
+const NOTHING_SD: f64 = 2.0;
+
 /// Whether the means of the residual are those of noise.
 fn nothing_left(model: &Model<'_>, selection: &Selection) -> Option<bool> {
     let chosen = &selection.tried[selection.chosen?].fitted;
-    let (beyond, sd) = beyond_noise(&Left::of(model, &chosen.acting, &chosen.at)?);
-    Some(beyond < 2.0 * sd)
+    Some(Beyond::noise(&Left::of(model, &chosen.acting, &chosen.at)?).deviations() < NOTHING_SD)
 }
 
 /// Takes effects away that the others make superfluous.

@@ -52,9 +52,8 @@ pub(super) fn judge(
     after: &Left,
     false_alarm: f64,
 ) -> Judged {
-    let (x_before, sd) = beyond_noise(before);
-    let (x_after, _) = beyond_noise(after);
-    let p_value = Normal::standard().sf(x_before / sd).max(f64::MIN_POSITIVE);
+    let (before_noise, after_noise) = (Beyond::noise(before), Beyond::noise(after));
+    let p_value = before_noise.p_value();
     let chosen = selection.chosen.map(|i| &selection.tried[i]);
     let shows = p_value < false_alarm / 2.0;
     let mut detected = chosen.is_some() || shows;
@@ -71,20 +70,22 @@ pub(super) fn judge(
         let others = others(selection, chosen);
         let nearest = others.first().map_or(gain, |other| other.fitted.cost - chosen.fitted.cost);
         let evidence = Evidence {
-            explained: 1.0 - x_after.max(0.0) / x_before.max(sd),
+            explained: before_noise.explained(&after_noise),
             gain: gain / chosen.physics.iter().map(|p| least(model, &selection.base, *p)).fold(0.0, f64::max),
             margin: (nearest / gain).clamp(0.0, 1.0),
         };
         verdict.evidence = Some(evidence);
         let sure = confidence(&evidence);
-        let doubtful = sure < LEAST_CONFIDENCE && x_before < 4.0 * sd;
+        let doubtful = sure < LEAST_CONFIDENCE && before_noise.deviations() < PLAIN_SD;
         if doubtful || !shows && chosen.physics.iter().all(|p| like_elements(*p)) {
             // Hardly anything is left to be explained, and the explanation is doubtful, or elements may have left it.
             remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
             // No surer than where nothing explains anything.
             verdict.confidence = (1.0 - sure).clamp(LEAST_CONFIDENCE, NOTHING_LEFT_OUT);
             detected = false;
-        } else if sure < LEAST_CONFIDENCE || evidence.explained < EXPLAINS && x_after > 4.0 * sd {
+        } else if sure < LEAST_CONFIDENCE
+            || evidence.explained < EXPLAINS && after_noise.deviations() > PLAIN_SD
+        {
             verdict.unexplained = true;
             verdict.confidence = 0.5 + 0.45 * (1.0 - (evidence.explained / EXPLAINS).clamp(0.0, 1.0));
             remarks.push(format!(
@@ -125,10 +126,45 @@ pub(super) fn judge(
 /// Confidence that nothing is left out, where nothing shows.
 const NOTHING_LEFT_OUT: f64 = 0.95;
 
-/// Sum of what the squares of means have beyond their expectation, and its standard deviation for noise alone.
-pub(super) fn beyond_noise(left: &Left) -> (f64, f64) {
-    let sum: f64 = left.means.iter().map(|m| m.square - 1.0).sum();
-    (sum, WIDER * (2.0 * left.means.len() as f64).sqrt())
+/// So many standard deviations are plain to see.
+const PLAIN_SD: f64 = 4.0;
+
+/// What the squares of means have beyond their expectation.
+///
+/// Why by channel: a hundred markers have fifty times as many means as the force. Summed up with them, what is plain in the force would
+/// drown in their scatter, and wherever their errors are taken for larger than they are nothing would be left at all.
+pub(super) struct Beyond {
+    /// Of the force and of the markers: the sum, and its standard deviation for noise alone.
+    channels: [(f64, f64); 2],
+}
+
+impl Beyond {
+    /// Of what a reading leaves.
+    pub(super) fn noise(left: &Left) -> Self {
+        let of = |marker: bool| {
+            let means = || left.means.iter().filter(|m| m.marker.is_some() == marker);
+            let sum: f64 = means().map(|m| m.square - 1.0).sum();
+            (sum, WIDER * (2.0 * means().count().max(1) as f64).sqrt())
+        };
+        Self { channels: [of(false), of(true)] }
+    }
+
+    /// The plainest channel's, in standard deviations.
+    pub(super) fn deviations(&self) -> f64 {
+        self.channels.iter().map(|(sum, sd)| sum / sd).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Probability that noise alone makes one of the channels as plain.
+    fn p_value(&self) -> f64 {
+        (self.channels.len() as f64 * Normal::standard().sf(self.deviations())).clamp(f64::MIN_POSITIVE, 1.0)
+    }
+
+    /// What a reading explains of this, the rest being `after`: its share of all that is beyond one standard deviation.
+    fn explained(&self, after: &Self) -> f64 {
+        let all = |of: &Self| of.channels.iter().map(|(sum, sd)| (sum - sd).max(0.0)).sum::<f64>();
+        let least = self.channels.iter().map(|(_, sd)| *sd).fold(0.0, f64::max);
+        1.0 - all(after) / all(self).max(least)
+    }
 }
 
 /// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first. Stiffening
@@ -274,5 +310,32 @@ impl Judged {
             }
             None => "what it adds is no more than chance or elements can".to_owned(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::diagnosis::Channel;
+    use super::*;
+
+    /// Means of the force and of the markers, all with these squares.
+    fn left(force: f64, markers: f64) -> Left {
+        let mean = |channel, marker, square| Mean { poke: 0, phase: Phase::Hold, channel, marker, square };
+        let of_force = (0..150).map(|_| mean(Channel::ForceAlong, None, force));
+        let of_markers = (0..20_000).map(|m| mean(Channel::Markers(0), Some(m), markers));
+        Left { means: of_force.chain(of_markers).collect() }
+    }
+
+    /// Markers whose errors are taken for larger than they are do not hide what the force shows, and it is not explained before it is
+    /// gone.
+    #[test]
+    fn what_the_force_shows_does_not_drown_in_the_markers() {
+        let before = Beyond::noise(&left(200.0, 0.7));
+        assert!(before.deviations() > 100.0 && before.p_value() < 1e-12);
+        let half = Beyond::noise(&left(100.0, 0.7));
+        assert!((before.explained(&half) - 0.5).abs() < 0.01);
+        let all = Beyond::noise(&left(1.0, 0.7));
+        assert!(all.deviations() <= 0.0 && before.explained(&all) == 1.0);
+        assert!(Beyond::noise(&left(1.0, 1.0)).p_value() == 1.0);
     }
 }

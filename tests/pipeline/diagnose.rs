@@ -73,6 +73,20 @@ fn relaxation_is_named_and_the_modulus_becomes_the_one_at_equilibrium() {
     assert_explained(&diagnosis);
 }
 
+/// What creeps between pokes is the memory's: taken for errors of the camera it would hide everything else.
+#[test]
+fn relaxation_hides_no_backlash() {
+    let term = PronyTerm { relaxed_fraction: 0.18, time_constant_s: 2.0 };
+    let memory = Effect::Memory(Memory::Relaxation { terms: vec![term] });
+    let (world, diagnosis) = diagnosed(15, vec![memory, Effect::Rig(Rig::Backlash { backlash_m: 1.5e-4 })]);
+    assert_eq!(diagnosis.verdict.physics, [Physics::ViscoelasticRelaxation, Physics::StageBacklash]);
+    assert_close(parameter(&diagnosis, Physics::ViscoelasticRelaxation, "relaxed_fraction"), 0.18, 0.1);
+    assert_close(parameter(&diagnosis, Physics::ViscoelasticRelaxation, "time_constant_s"), 2.0, 0.1);
+    assert_close(parameter(&diagnosis, Physics::StageBacklash, "backlash_m"), 1.5e-4, 0.1);
+    assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.02);
+    assert_explained(&diagnosis);
+}
+
 /// It has no parameter of its own, and stiffening with strain contains it.
 #[test]
 fn large_strain_is_named_as_itself() {
