@@ -106,6 +106,10 @@ pub struct Evidence {
     pub gain: f64,
     /// What the best other reading lacks of that fall, as a share.
     pub margin: f64,
+    /// What it leaves beyond noise in the plainest channel (standard deviations).
+    pub left: f64,
+    /// Effects that it is made of.
+    pub effects: usize,
 }
 
 /// Parameters of one entry.

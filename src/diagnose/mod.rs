@@ -13,12 +13,13 @@
 //! | `body`, [`bulk`] | the condensed body, and linear changes of it |
 //! | `extra`, [`large`] | what is not linear in the displacement |
 //! | `rest`, `lasting`, `creep` | how far the instruments' errors are from white |
-//! | `left`, `place` | what a reading leaves: when, where, in which channel |
-//! | `verdict`, `parameters`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
+//! | `left`, `beyond`, `place` | what a reading leaves: when, where, in which channel, how plainly |
+//! | `verdict`, `parameters`, `spread`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
 //!
 //! Symbols: `C` compliance for a unit modulus (1/m), `𝓔` the hereditary modulus, `q` force of the tip (N), `f` forces of the
 //! restraint discs (N), `u` displacements (m), `J` derivative of the readings by the parameters.
 
+mod beyond;
 mod body;
 pub mod bulk;
 mod camera;
@@ -49,6 +50,7 @@ mod rows;
 mod run;
 mod scan;
 mod select;
+mod spread;
 mod starts;
 mod sums;
 mod tip_path;

@@ -78,7 +78,7 @@ fn diagnosed(
     // What is not blamed does not extend the baseline either.
     let extended = if judged.verdict.physics.is_empty() { &selection.base } else { chosen };
     let (channels, pokes, phases) = if judged.detected { parts(&model, &before) } else { Default::default() };
-    let covariance = extended.covariance(&model);
+    let covariance = extended.stated_covariance(&model);
     let baseline = reading(&model, found, &selection.base)?;
     let extension = reading(&model, found, extended)?;
     judged.doubt_modulus(extension.young_modulus_pa, recording.phantom.modulus_range_pa);
@@ -177,7 +177,7 @@ fn left(model: &Model<'_>, fitted: &Fitted) -> Result<Left, DiagnoseError> {
 
 /// How well a fit explains the recording. The modulus carries what the elements get wrong of it.
 fn reading(model: &Model<'_>, found: &Settled<'_>, fitted: &Fitted) -> Result<Reading, DiagnoseError> {
-    let covariance = fitted.covariance(model).ok_or(DiagnoseError::Singular)?;
+    let covariance = fitted.stated_covariance(model).ok_or(DiagnoseError::Singular)?;
     let parameters = fitted.at.len() - 2 * model.body.sites;
     let held_out = fitted.held_out(model).ok_or(DiagnoseError::Singular)?;
     let value = fitted.at[0].exp();

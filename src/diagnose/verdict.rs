@@ -1,5 +1,6 @@
 //! What is said, and how surely.
 
+use super::beyond::Beyond;
 use super::diagnosis::{Estimate, Evidence, Phase, Verdict};
 use super::extra::Shelf;
 use super::knob::Knob;
@@ -8,7 +9,6 @@ use super::model::Model;
 use super::physics::Physics;
 use super::refit::{End, Fitted};
 use super::select::{Selection, Tried, least, like_elements};
-use statrs::distribution::{ContinuousCDF, Normal};
 
 /// The verdict with what led to it.
 #[derive(Debug, Clone)]
@@ -40,9 +40,9 @@ const EXPLAINS: f64 = 0.8;
 /// A reading less sure than this is not named.
 const LEAST_CONFIDENCE: f64 = 0.5;
 
-/// How much wider than white noise the sum of squares of means scatters, because the error of a marker's rest position is
-/// common to all its means.
-const WIDER: f64 = 1.6;
+/// What gains so many times what elements may misplace they have not left, even where no mean shows it. Where nothing acts the most that
+/// was seen is two thirds of that once.
+const BEYOND_ELEMENTS: f64 = 2.0;
 
 /// Judges a selection by what is left before and after it.
 pub(super) fn judge(
@@ -68,16 +68,21 @@ pub(super) fn judge(
     if let Some(chosen) = chosen {
         let gain = selection.base.cost - chosen.fitted.cost;
         let others = others(selection, chosen);
-        let nearest = others.first().map_or(gain, |other| other.fitted.cost - chosen.fitted.cost);
+        let lacks = |other: &Tried| other.fitted.cost - chosen.fitted.cost;
+        let margin = |other: &&Tried| lacks(other) / own_gain(selection, chosen, other);
         let evidence = Evidence {
             explained: before_noise.explained(&after_noise),
             gain: gain / chosen.physics.iter().map(|p| least(model, &selection.base, *p)).fold(0.0, f64::max),
-            margin: (nearest / gain).clamp(0.0, 1.0),
+            margin: others.iter().map(margin).fold(1.0, f64::min).max(0.0),
+            left: after_noise.deviations(),
+            effects: chosen.physics.len(),
         };
         verdict.evidence = Some(evidence);
         let sure = confidence(&evidence);
         let doubtful = sure < LEAST_CONFIDENCE && before_noise.deviations() < PLAIN_SD;
-        if doubtful || !shows && chosen.physics.iter().all(|p| like_elements(*p)) {
+        let within_elements =
+            evidence.gain < BEYOND_ELEMENTS && chosen.physics.iter().all(|p| like_elements(*p));
+        if doubtful || !shows && within_elements {
             // Hardly anything is left to be explained, and the explanation is doubtful, or elements may have left it.
             remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
             // No surer than where nothing explains anything.
@@ -96,8 +101,7 @@ pub(super) fn judge(
         } else {
             verdict.physics.clone_from(&chosen.physics);
             verdict.confidence = sure;
-            let limit = alike(gain);
-            for other in others.iter().filter(|o| o.fitted.cost - chosen.fitted.cost < limit) {
+            for other in others.iter().filter(|o| lacks(o) < alike(own_gain(selection, chosen, o))) {
                 for &physics in other.physics.iter().filter(|p| !chosen.physics.contains(p)) {
                     if !verdict.ambiguous_with.contains(&physics) {
                         verdict.ambiguous_with.push(physics);
@@ -116,6 +120,11 @@ pub(super) fn judge(
         verdict.unexplained = true;
         verdict.confidence = 0.5;
     }
+    if let Some(Evidence { left, .. }) = verdict.evidence.filter(|e| detected && e.left > PLAIN_SD) {
+        remarks.push(format!(
+            "{left:.0} standard deviations beyond noise are left: something lesser may act besides, or elements leave it"
+        ));
+    }
     if chosen.is_some_and(|c| c.fitted.end != End::AtRest) {
         remarks.push("the fit had not come to rest after its last step; its values may be off".to_owned());
     }
@@ -128,44 +137,6 @@ const NOTHING_LEFT_OUT: f64 = 0.95;
 
 /// So many standard deviations are plain to see.
 const PLAIN_SD: f64 = 4.0;
-
-/// What the squares of means have beyond their expectation.
-///
-/// Why by channel: a hundred markers have fifty times as many means as the force. Summed up with them, what is plain in the force would
-/// drown in their scatter, and wherever their errors are taken for larger than they are nothing would be left at all.
-pub(super) struct Beyond {
-    /// Of the force and of the markers: the sum, and its standard deviation for noise alone.
-    channels: [(f64, f64); 2],
-}
-
-impl Beyond {
-    /// Of what a reading leaves.
-    pub(super) fn noise(left: &Left) -> Self {
-        let of = |marker: bool| {
-            let means = || left.means.iter().filter(|m| m.marker.is_some() == marker);
-            let sum: f64 = means().map(|m| m.square - 1.0).sum();
-            (sum, WIDER * (2.0 * means().count().max(1) as f64).sqrt())
-        };
-        Self { channels: [of(false), of(true)] }
-    }
-
-    /// The plainest channel's, in standard deviations.
-    pub(super) fn deviations(&self) -> f64 {
-        self.channels.iter().map(|(sum, sd)| sum / sd).fold(f64::NEG_INFINITY, f64::max)
-    }
-
-    /// Probability that noise alone makes one of the channels as plain.
-    fn p_value(&self) -> f64 {
-        (self.channels.len() as f64 * Normal::standard().sf(self.deviations())).clamp(f64::MIN_POSITIVE, 1.0)
-    }
-
-    /// What a reading explains of this, the rest being `after`: its share of all that is beyond one standard deviation.
-    fn explained(&self, after: &Self) -> f64 {
-        let all = |of: &Self| of.channels.iter().map(|(sum, sd)| (sum - sd).max(0.0)).sum::<f64>();
-        let least = self.channels.iter().map(|(_, sd)| *sd).fold(0.0, f64::max);
-        1.0 - all(after) / all(self).max(least)
-    }
-}
 
 /// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first. Stiffening
 /// contains large strain.
@@ -184,13 +155,26 @@ pub(super) fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tr
     others
 }
 
+/// What the chosen reading explains beyond what it has in common with another.
+///
+/// Why: beside an effect that explains nearly everything, all that may come with it lack little of the whole.
+fn own_gain(selection: &Selection, chosen: &Tried, other: &Tried) -> f64 {
+    let common = |p: &&Physics| other.physics.contains(p);
+    let shared: Vec<&Physics> = chosen.physics.iter().filter(common).collect();
+    let is_shared =
+        |t: &&Tried| t.physics.len() == shared.len() && shared.iter().all(|p| t.physics.contains(p));
+    let costs = selection.tried.iter().filter(is_shared).map(|t| t.fitted.cost);
+    costs.fold(selection.base.cost, f64::min) - chosen.fitted.cost
+}
+
 /// Logistic in the evidence.
 fn confidence(evidence: &Evidence) -> f64 {
     let [constant, by_explained, by_gain, by_margin] = LOGISTIC;
     let score = constant
         + by_explained * evidence.explained
         + by_gain * evidence.gain.max(1.0).ln()
-        + by_margin * evidence.margin.sqrt();
+        + by_margin * evidence.margin.sqrt()
+        + BY_THIRD * evidence.effects.saturating_sub(2) as f64;
     (1.0 / (1.0 + (-score).exp())).min(MOST_SURE)
 }
 
@@ -200,6 +184,9 @@ pub const MOST_SURE: f64 = 0.99;
 /// Coefficients: constant, share explained, logarithm of the gain, root of the margin. Set by hand; `prove` shows
 /// how well they are calibrated.
 const LOGISTIC: [f64; 4] = [-12.0, 9.0, 1.2, 4.0];
+
+/// For every effect beyond two: what is in no catalogue is taken for several that are.
+const BY_THIRD: f64 = -4.0;
 
 /// Names in a row.
 fn names(physics: &[Physics]) -> String {
@@ -310,32 +297,5 @@ impl Judged {
             }
             None => "what it adds is no more than chance or elements can".to_owned(),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::diagnosis::Channel;
-    use super::*;
-
-    /// Means of the force and of the markers, all with these squares.
-    fn left(force: f64, markers: f64) -> Left {
-        let mean = |channel, marker, square| Mean { poke: 0, phase: Phase::Hold, channel, marker, square };
-        let of_force = (0..150).map(|_| mean(Channel::ForceAlong, None, force));
-        let of_markers = (0..20_000).map(|m| mean(Channel::Markers(0), Some(m), markers));
-        Left { means: of_force.chain(of_markers).collect() }
-    }
-
-    /// Markers whose errors are taken for larger than they are do not hide what the force shows, and it is not explained before it is
-    /// gone.
-    #[test]
-    fn what_the_force_shows_does_not_drown_in_the_markers() {
-        let before = Beyond::noise(&left(200.0, 0.7));
-        assert!(before.deviations() > 100.0 && before.p_value() < 1e-12);
-        let half = Beyond::noise(&left(100.0, 0.7));
-        assert!((before.explained(&half) - 0.5).abs() < 0.01);
-        let all = Beyond::noise(&left(1.0, 0.7));
-        assert!(all.deviations() <= 0.0 && before.explained(&all) == 1.0);
-        assert!(Beyond::noise(&left(1.0, 1.0)).p_value() == 1.0);
     }
 }

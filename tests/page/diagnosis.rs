@@ -30,7 +30,9 @@ fn the_contract_keys_hold_the_values_of_the_diagnosis() {
     assert_eq!(json["verdict"]["physics"], json!(["viscoelastic-relaxation"]));
     assert_eq!(json["verdict"]["confidence"], 0.97);
     assert_eq!(json["verdict"]["ambiguous_with"], json!([]));
-    let evidence = json!({"explained_share": 0.98, "gain_over_least": 900.0, "margin_share": 0.4});
+    let evidence = json!({
+        "explained_share": 0.98, "gain_over_least": 900.0, "margin_share": 0.4, "left_deviations": 1.5, "effects": 1,
+    });
     assert_eq!(json["verdict"]["evidence"], evidence);
     let expected = json!({
         "relaxed_fraction": [{"value": 0.22, "sd": 0.01}],

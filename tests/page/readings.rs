@@ -52,7 +52,7 @@ pub(crate) fn relaxation(recording: &Recording) -> Diagnosis {
             unexplained: false,
             confidence: 0.97,
             ambiguous_with: Vec::new(),
-            evidence: Some(Evidence { explained: 0.98, gain: 900.0, margin: 0.4 }),
+            evidence: Some(Evidence { explained: 0.98, gain: 900.0, margin: 0.4, left: 1.5, effects: 1 }),
         },
         parameters: vec![Found {
             physics: Physics::ViscoelasticRelaxation,

@@ -74,6 +74,8 @@ struct EvidenceEntry {
     explained_share: Option<f64>,
     gain_over_least: Option<f64>,
     margin_share: Option<f64>,
+    left_deviations: Option<f64>,
+    effects: usize,
 }
 
 #[derive(Serialize)]
@@ -150,6 +152,8 @@ impl<'a> DiagnosisDocument<'a> {
                     explained_share: known(e.explained),
                     gain_over_least: known(e.gain),
                     margin_share: known(e.margin),
+                    left_deviations: known(e.left),
+                    effects: e.effects,
                 }),
             },
             parameters: diagnosis.parameters.iter().map(parameters).collect(),
