@@ -102,7 +102,7 @@ pub struct Verdict {
 pub struct Evidence {
     /// Share of what was left beyond noise that it removes.
     pub explained: f64,
-    /// Fall of the sum of squares, over what an effect must lower it by to be believed.
+    /// Fall of the sum of squares, over what an effect must lower it by to be believed: of the effect that earns least.
     pub gain: f64,
     /// What the best other reading lacks of that fall, as a share.
     pub margin: f64,

@@ -66,13 +66,14 @@ pub(super) fn judge(
     };
     let mut remarks = model.remarks();
     if let Some(chosen) = chosen {
-        let gain = selection.base.cost - chosen.fitted.cost;
         let others = others(selection, chosen);
         let lacks = |other: &Tried| other.fitted.cost - chosen.fitted.cost;
         let margin = |other: &&Tried| lacks(other) / own_gain(selection, chosen, other);
+        let earned =
+            |p: &Physics| without(selection, chosen, |other| other != p) / least(model, &selection.base, *p);
         let evidence = Evidence {
             explained: before_noise.explained(&after_noise),
-            gain: gain / chosen.physics.iter().map(|p| least(model, &selection.base, *p)).fold(0.0, f64::max),
+            gain: chosen.physics.iter().map(earned).fold(f64::INFINITY, f64::min),
             margin: others.iter().map(margin).fold(1.0, f64::min).max(0.0),
             left: after_noise.deviations(),
             effects: chosen.physics.len(),
@@ -159,11 +160,14 @@ pub(super) fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tr
 ///
 /// Why: beside an effect that explains nearly everything, all that may come with it lack little of the whole.
 fn own_gain(selection: &Selection, chosen: &Tried, other: &Tried) -> f64 {
-    let common = |p: &&Physics| other.physics.contains(p);
-    let shared: Vec<&Physics> = chosen.physics.iter().filter(common).collect();
-    let is_shared =
-        |t: &&Tried| t.physics.len() == shared.len() && shared.iter().all(|p| t.physics.contains(p));
-    let costs = selection.tried.iter().filter(is_shared).map(|t| t.fitted.cost);
+    without(selection, chosen, |p| other.physics.contains(p))
+}
+
+/// By how much the sum of squares rises where only some effects of the chosen reading act.
+fn without(selection: &Selection, chosen: &Tried, stays: impl Fn(&Physics) -> bool) -> f64 {
+    let kept: Vec<&Physics> = chosen.physics.iter().filter(|p| stays(p)).collect();
+    let same = |t: &&Tried| t.physics.len() == kept.len() && kept.iter().all(|p| t.physics.contains(p));
+    let costs = selection.tried.iter().filter(same).map(|t| t.fitted.cost);
     costs.fold(selection.base.cost, f64::min) - chosen.fitted.cost
 }
 
