@@ -7,6 +7,7 @@ mod faults;
 mod force;
 mod import;
 mod instruments;
+mod left_out;
 mod lens;
 #[path = "../support/program.rs"]
 mod program;
