@@ -11,6 +11,7 @@ mod left_out;
 mod lens;
 #[path = "../support/program.rs"]
 mod program;
+mod refused;
 mod shared;
 mod specimen;
 mod stage;
