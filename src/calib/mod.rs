@@ -36,6 +36,7 @@ mod registration_file;
 pub mod regression;
 pub mod relaxation;
 pub mod set;
+mod slip;
 
 pub use axes::{SeenStep, StageAxes, axes_of_motion};
 pub use constellation::match_constellation;

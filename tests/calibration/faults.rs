@@ -61,7 +61,10 @@ fn names(recording: &Recording) -> Vec<Name> {
     let choice = choose(one, &Settings { most_terms: 4, ..Settings::default() }).expect("a model");
     let faults = diagnose(recording, &choice, &choice.unseen[0]);
     for fault in &faults {
-        println!("{}: {}", fault.name.words(), fault.shown);
+        println!("{}: {} {:?}", fault.words(), fault.shown, fault.held_out);
+        // No name without a gain in rows that no fit saw, and none here that the data could not tell from another.
+        let gained = fault.held_out.is_some_and(|[without, with]| with < 0.7 * without);
+        assert!((gained || fault.name == Name::Unexplained) && fault.or.is_empty(), "{fault:?}");
     }
     faults.iter().map(|f| f.name).collect()
 }
@@ -78,13 +81,17 @@ type Fault = dyn Fn(f64, Phase, f64) -> f64;
 
 #[test]
 fn faults_are_named() {
-    let cases: [(Name, &Fault); 6] = [
+    let cases: [(Name, &Fault); 8] = [
         (Name::SensorZero, &|_, _, f| f + 0.08),
         (Name::ZeroMoved, &|t, p, f| if p == Phase::Unloading || t > 100.0 { f - 0.05 } else { f }),
         (Name::Sticking, &|t, p, f| {
             if p == Phase::Unloading && (1.6..2.4).contains(&(t - END_S)) { f - 0.06 } else { f }
         }),
+        (Name::Slack, &|t, p, f| {
+            if p == Phase::Ramp { if t < 1.0 { f - force(t) } else { f - force(1.0) } } else { f }
+        }),
         (Name::Slipped, &|t, _, f| if t > 80.0 && t < END_S { 0.85 * f } else { f }),
+        (Name::Spikes, &|t, p, f| if p == Phase::Hold && (t % 100.0) < 0.3 { f + 0.4 } else { f }),
         (Name::Saturated, &|_, _, f| f.min(2.9)),
         (Name::Rise, &|t, p, f| if p == Phase::Hold && t > 300.0 { f + 5e-4 * (t - 300.0) } else { f }),
     ];
@@ -93,5 +100,34 @@ fn faults_are_named() {
         println!("-> {name:?}: {found:?}");
         let others = found.iter().filter(|n| **n != name && **n != Name::Memory).count();
         assert!(found.contains(&name) && others == 0, "{name:?} among {found:?}");
+    }
+}
+
+/// A plate that already presses when the file begins, behind a rest in which nothing moves: the zero may have moved as well.
+#[test]
+fn a_load_before_the_test_is_not_told_from_a_zero_that_moved() {
+    let pressed = made(30, |_, p, f| if p == Phase::Unloading { f } else { f + 0.06 });
+    let choice = choose(std::slice::from_ref(&pressed), &Settings { most_terms: 4, ..Settings::default() });
+    let choice = choice.expect("a model");
+    let faults = diagnose(&pressed, &choice, &choice.unseen[0]);
+    let found: Vec<_> = faults.iter().map(|f| (f.name, f.or.clone())).collect();
+    assert_eq!(found, [(Name::ZeroMoved, vec![Name::LoadedBefore]), (Name::Memory, Vec::new())]);
+}
+
+/// Noise on the way back, however the plate comes free, is no sticking; a ramp that stiffens is no slack.
+#[test]
+fn a_noisy_way_back_and_a_curved_ramp_get_no_name() {
+    for seed in 40..42 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let noise: Vec<f64> =
+            (0..4000).map(|_| Normal::new(0.0, 0.01).expect("a deviation").sample(&mut rng)).collect();
+        let noisy = made(
+            seed,
+            |t, p, f| if p == Phase::Unloading { f + noise[(50.0 * t) as usize % 4000] } else { f },
+        );
+        assert_eq!(names(&noisy), [Name::Memory]);
+        let curved = made(seed, |t, p, f| if p == Phase::Ramp { f * (0.2 + 0.8 * t / RAMP_S) } else { f });
+        let found = names(&curved);
+        assert!(!found.contains(&Name::Slack) && found.contains(&Name::Stiffening), "{found:?}");
     }
 }

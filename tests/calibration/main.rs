@@ -7,9 +7,11 @@ mod faults;
 mod force;
 mod import;
 mod instruments;
+mod left_out;
 mod lens;
 #[path = "../support/program.rs"]
 mod program;
+mod refused;
 mod shared;
 mod specimen;
 mod stage;

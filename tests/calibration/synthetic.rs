@@ -37,6 +37,7 @@ fn pull(modulus: f64, width_error: f64, gain: f64, rng: &mut ChaCha8Rng) -> Pull
     Pull {
         label: "made".to_owned(),
         file: "made.csv".into(),
+        column: 3,
         lines: (1..=strain.len() as u64).collect(),
         strain,
         stress,

@@ -12,10 +12,22 @@ pub enum BandError {
     /// Never stretched.
     #[error("{place}: no branch of {needed} rows in one direction: nothing was stretched")]
     NoBranch {
-        /// File and line.
+        /// File, line and column of the heading.
         place: String,
         /// Rows needed.
         needed: usize,
+    },
+    /// The force drops while the band is pulled on.
+    #[error(
+        "{place}: the force falls from {before:.3} to {after:.3} N while the band is pulled on: it slipped in the grips, or was torn"
+    )]
+    Slipped {
+        /// File, line and column.
+        place: String,
+        /// Force before (N).
+        before: f64,
+        /// Force after (N).
+        after: f64,
     },
     /// The pull on the rig is not reached.
     #[error(

@@ -1,7 +1,8 @@
 //! A band's test, cut where it turns round.
 
 use super::BandError;
-use crate::calib::export::{Quantity, Table};
+use crate::calib::export::{Place, Quantity, Table};
+use crate::calib::slip::slip;
 use std::cmp::Ordering;
 
 /// Share of the whole way by which the crosshead must come back before it counts as turned.
@@ -41,7 +42,7 @@ impl Stretching {
     /// From a table with extension and force.
     ///
     /// # Errors
-    /// [`BandError`]: columns that are missing or without a unit, nothing stretched.
+    /// [`BandError`]: columns that are missing or without a unit, nothing stretched, a slip.
     pub fn from_table(table: &Table) -> Result<Self, BandError> {
         let series = table.series(&[Quantity::Extension, Quantity::Force])?;
         let stem = table.place.origin.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -50,7 +51,17 @@ impl Stretching {
         let mut found = Self::new(label, extension.clone(), force.clone());
         found.lines = series.lines;
         if found.branches.is_empty() {
-            return Err(BandError::NoBranch { place: table.place.to_string(), needed: LEAST_ROWS });
+            let place = table.column(Quantity::Extension)?.place.to_string();
+            return Err(BandError::NoBranch { place, needed: LEAST_ROWS });
+        }
+        for branch in found.branches.iter().filter(|b| b.loading) {
+            let force = &found.force_n[branch.from..=branch.to];
+            if let Some(at) = slip(force) {
+                let line = found.lines[branch.from + at];
+                let place = Place { line, ..table.column(Quantity::Force)?.place.clone() };
+                let (before, after) = (force[at - 1], force[at]);
+                return Err(BandError::Slipped { place: place.to_string(), before, after });
+            }
         }
         Ok(found)
     }

@@ -12,6 +12,22 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
+/// The middle one; the upper one of two.
+pub(super) fn middle(values: &[f64]) -> f64 {
+    median(values.to_vec())
+}
+
+/// Straight between points in order of x; none outside of them.
+pub(super) fn between(points: &[(f64, f64)], x: f64) -> Option<f64> {
+    let next = points.partition_point(|p| p.0 < x);
+    let b = points.get(next)?;
+    if b.0 == x {
+        return Some(b.1);
+    }
+    let a = points.get(next.checked_sub(1)?)?;
+    Some(a.1 + (b.1 - a.1) * (x - a.0) / (b.0 - a.0))
+}
+
 /// Standard deviation of the noise, from second differences, which a smooth course leaves out: their variance is 6 of it.
 pub(super) fn noise(values: &[f64]) -> f64 {
     let bends = values.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
@@ -72,6 +88,8 @@ mod tests {
         values[40..].iter_mut().for_each(|v| *v -= 15.0);
         assert_eq!(jumps(&values, 0.1, 1.0).iter().map(|j| j.0).collect::<Vec<_>>(), [40]);
         assert_eq!(spikes(&values, 0.1, 1.0), [20]);
+        assert_eq!(between(&[(0.0, 1.0), (2.0, 3.0)], 0.5), Some(1.5));
+        assert_eq!(between(&[(0.0, 1.0), (2.0, 3.0)], 2.5), None);
         assert_eq!(flat(&[1.0, 2.0, 2.0, 2.0, 3.0]), (1, 3));
     }
 }

@@ -56,8 +56,8 @@ pub enum DumbbellError {
     },
     /// The force drops while the strain grows.
     #[error(
-        "{}, line {line}: the stress falls from {before:.3e} to {after:.3e} Pa at a strain of {strain:.3} while the specimen is pulled on, \
-         and goes on rising: it slipped in the grips, or was torn",
+        "{}, line {line}, column {column}: the stress falls from {before:.3e} to {after:.3e} Pa at a strain of {strain:.3} while the specimen is pulled on: \
+         it slipped in the grips, or was torn",
         file.display()
     )]
     Slipped {
@@ -65,6 +65,8 @@ pub enum DumbbellError {
         file: PathBuf,
         /// Line of the file.
         line: u64,
+        /// Field of that line.
+        column: usize,
         /// Stress before (Pa).
         before: f64,
         /// Stress after (Pa).

@@ -2,12 +2,8 @@
 
 use super::DumbbellError;
 use crate::calib::export::{Loading, Quantity, StrainSource, Table};
+use crate::calib::slip::slip;
 use std::path::PathBuf;
-
-/// A drop of the stress over the greatest one inside the window that no noise makes: so many standard deviations of its steps.
-const DROP_SIGMAS: f64 = 8.0;
-/// Least drop over the stress at that place.
-const DROP_SHARE: f64 = 0.05;
 
 /// A pull. Lists are of one length.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +12,8 @@ pub struct Pull {
     pub label: String,
     /// Where it was read.
     pub file: PathBuf,
+    /// Field of a line that the stress was read from, from 1.
+    pub column: usize,
     /// Strain (1).
     pub strain: Vec<f64>,
     /// Engineering stress (Pa).
@@ -85,6 +83,7 @@ impl Pull {
         let stem = table.place.origin.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self {
             file: table.place.origin.file.clone(),
+            column: table.column(y)?.place.column,
             label: if table.label.is_empty() { stem } else { format!("{stem} {}", table.label) },
             rate_per_s: rate.map(|t| (strain[top] - strain[0]) / (t[top] - t[0])),
             strain,
@@ -107,29 +106,18 @@ impl Pull {
             .collect()
     }
 
-    /// Refuses a drop of the stress between two rows of the window that its noise does not make.
+    /// Refuses a slip between two rows of the window.
     pub(super) fn refuse_slip(&self, rows: &[usize]) -> Result<(), DumbbellError> {
-        let steps: Vec<f64> = rows.windows(2).map(|w| self.stress[w[1]] - self.stress[w[0]]).collect();
-        let mut sorted = steps.clone();
-        sorted.sort_by(f64::total_cmp);
-        let Some(median) = sorted.get(sorted.len() / 2).copied() else { return Ok(()) };
-        let mut away: Vec<f64> = steps.iter().map(|s| (s - median).abs()).collect();
-        away.sort_by(f64::total_cmp);
-        // 1.4826 · median of absolute deviations is the standard deviation of a normal distribution.
-        let sigma = 1.4826 * away[away.len() / 2];
-        for (pair, step) in rows.windows(2).zip(&steps) {
-            let before = self.stress[pair[0]];
-            if *step < 0.0 && median - step > DROP_SIGMAS * sigma && -step > DROP_SHARE * before.abs() {
-                return Err(DumbbellError::Slipped {
-                    file: self.file.clone(),
-                    line: self.lines[pair[1]],
-                    before,
-                    after: self.stress[pair[1]],
-                    strain: self.strain[pair[1]],
-                });
-            }
-        }
-        Ok(())
+        let stress: Vec<f64> = rows.iter().map(|r| self.stress[*r]).collect();
+        let Some(at) = slip(&stress) else { return Ok(()) };
+        Err(DumbbellError::Slipped {
+            file: self.file.clone(),
+            line: self.lines[rows[at]],
+            column: self.column,
+            before: stress[at - 1],
+            after: stress[at],
+            strain: self.strain[rows[at]],
+        })
     }
 }
 

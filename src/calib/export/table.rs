@@ -134,7 +134,7 @@ impl Table {
         match found.find(differs) {
             None => Ok(first),
             Some(second) => Err(ExportError::TwoColumns {
-                place: self.place.clone(),
+                place: second.place.clone(),
                 quantity,
                 first: first.heading.clone(),
                 second: second.heading.clone(),

@@ -12,7 +12,7 @@ pub enum RelaxationError {
     /// The deformation never moves.
     #[error("{place}: the deformation stays within {spread:.2e} (SI): nothing was ramped")]
     NoRamp {
-        /// File and line of the table.
+        /// File, line and column of the heading.
         place: String,
         /// Greatest less least.
         spread: f64,
@@ -20,7 +20,7 @@ pub enum RelaxationError {
     /// It is never held.
     #[error("{place}: the deformation is held for {rows} rows; at least {needed} are needed")]
     NoHold {
-        /// File and line of the table.
+        /// File, line and column of the heading.
         place: String,
         /// Rows of the hold.
         rows: usize,
@@ -30,7 +30,7 @@ pub enum RelaxationError {
     /// The force answers in the other direction, or not at all.
     #[error("{place}: the force changes by {force:.2e} (SI) over the ramp: no specimen pushes back")]
     NoForce {
-        /// File and line of the table.
+        /// File, line and column of the heading.
         place: String,
         /// Change of the force.
         force: f64,

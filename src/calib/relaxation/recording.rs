@@ -67,13 +67,13 @@ impl Recording {
         let force = first(&[Quantity::Force, Quantity::Stress]);
         let series = table.series(&[Quantity::Time, deformation, force])?;
         let [time, place, load] = &series.values[..] else { unreachable!("three were asked for") };
-        let at = format!("{}", table.place);
+        let heading = |q| table.column(q).map(|c| c.place.to_string());
         let spread = |v: &[f64]| {
             v.iter().copied().fold(f64::NEG_INFINITY, f64::max)
                 - v.iter().copied().fold(f64::INFINITY, f64::min)
         };
         if spread(place).partial_cmp(&0.0) != Some(Ordering::Greater) {
-            return Err(RelaxationError::NoRamp { place: at, spread: 0.0 });
+            return Err(RelaxationError::NoRamp { place: heading(deformation)?, spread: 0.0 });
         }
         let start = place[0];
         let farthest =
@@ -83,13 +83,17 @@ impl Recording {
         let peak =
             load.iter().map(|f| f - load[0]).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
         if peak == 0.0 {
-            return Err(RelaxationError::NoForce { place: at, force: peak });
+            return Err(RelaxationError::NoForce { place: heading(force)?, force: peak });
         }
         let force_list: Vec<f64> = load.iter().map(|f| peak.signum() * f).collect();
         let phase = phases(&deformation_list);
         let held = phase.iter().filter(|p| **p == Phase::Hold).count();
         if held < LEAST_ROWS {
-            return Err(RelaxationError::NoHold { place: at, rows: held, needed: LEAST_ROWS });
+            return Err(RelaxationError::NoHold {
+                place: heading(deformation)?,
+                rows: held,
+                needed: LEAST_ROWS,
+            });
         }
         let sd = table.columns.iter().find(|c| is_sd(c) && c.printed.len() == table.lines.len());
         let scale = table.column(force)?.si_or_why()?[0] / table.column(force)?.printed[0];
@@ -117,13 +121,17 @@ impl Recording {
         self.force.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Mean force before it moves; zero where the recording begins with the ramp.
+    /// Median force before it moves; zero where the recording begins with the ramp. Why the median: the last rows of a rest may already meet
+    /// the specimen, since the encoder tells of a way later than the sensor of a force.
     pub fn zero(&self) -> f64 {
         let rest = self.rows(Phase::Rest);
         if rest.len() < 5 {
             return 0.0;
         }
-        rest.iter().map(|r| self.force[*r]).sum::<f64>() / rest.len() as f64
+        let mut forces: Vec<f64> = rest.iter().map(|r| self.force[*r]).collect();
+        forces.sort_by(f64::total_cmp);
+        let n = forces.len();
+        0.5 * (forces[(n - 1) / 2] + forces[n / 2])
     }
 }
 

@@ -1,8 +1,11 @@
 //! `calibrate bands`: stiffness of rubber bands at the pull that they have on the rig.
 
 use super::instrument::{day, noted, write};
-use super::specimen::{SpecimenArguments, contradictions, raw, read, sources, tables};
-use crate::calib::bands::{Settings, Stiffness, Stretching, estimate};
+use super::specimen::{
+    SpecimenArguments, contradictions, faulty, left_out, left_out_table, raw, read, sources, tables,
+};
+use crate::calib::bands::{Line, Settings, Stiffness, Stretching, estimate};
+use crate::calib::coupon::Specimen;
 use crate::calib::reference::{Figure, ReferenceQuantity, ReferenceValue, Validity};
 use crate::cli::{Context, Exit, Outcome, UsageError};
 use crate::report::{Curve, SpecimenTable, specimen_page};
@@ -42,13 +45,15 @@ pub(super) fn run(arguments: &BandsArguments, _: &Context) -> anyhow::Result<Out
     };
     let found = estimate(&stretching, &settings)?;
     let mut remarks = found.remarks.clone();
+    let faults = Specimen::of_bands(&stretching).diagnose();
+    remarks.extend(faulty(&stretching.label, &faults));
     remarks.extend(contradictions(&exports));
     let line = &found.branches[found.chosen].line;
     let sentence = format!(
-        "{} at a pull of {:.2} N, slack {:.2} mm ({})",
+        "{} at a pull of {:.2} N, {} ({})",
         with_sd(found.stiffness_n_per_m, found.sd_n_per_m, 1.0, "N/m"),
         found.pretension_n,
-        1e3 * line.slack_m,
+        slack(line, &stretching),
         line.bend.words()
     );
     let read = &arguments.read;
@@ -98,12 +103,19 @@ pub(super) fn run(arguments: &BandsArguments, _: &Context) -> anyhow::Result<Out
             "swallowed": b.swallowed, "left_n": b.line.left_n,
         })).collect::<Vec<_>>(),
         "raw": value.raw.iter().map(|r| json!({"file": r.file, "sha256": r.sha256})).collect::<Vec<_>>(),
+        "left_out": left_out(&faults),
         "remarks": remarks,
     });
     let page = specimen_page(
         ["Stiffness of bands", &sources(&exports), &sentence],
         &remarks,
-        &[branches(&found)],
+        &[
+            left_out_table(
+                &[(&stretching.label, &faults)],
+                "Against a straight line from where the file begins. What the machine itself yields can't be told from one test.",
+            ),
+            branches(&found),
+        ],
         ["extension, mm", "force, N"],
         false,
         &curves(&found, &stretching),
@@ -112,6 +124,15 @@ pub(super) fn run(arguments: &BandsArguments, _: &Context) -> anyhow::Result<Out
     let out = read.out.display();
     let text = noted(&sentence, &remarks) + &format!("\n{out}/bands.html, reference value {out}/bands.toml");
     Ok(Outcome { exit: Exit::Good, text, json })
+}
+
+/// The slack, if rows lie in it.
+fn slack(line: &Line, stretching: &Stretching) -> String {
+    let first = stretching.extension_m.iter().copied().fold(f64::INFINITY, f64::min);
+    if line.slack_m > first {
+        return format!("slack {:.2} mm", 1e3 * line.slack_m);
+    }
+    format!("already pulled {:.2} mm long where the file begins", 1e3 * (first - line.slack_m))
 }
 
 fn branches(found: &Stiffness) -> SpecimenTable {

@@ -1,19 +1,23 @@
 //! `calibrate relaxation`: how the force on a held specimen falls, from ramps and holds; what the model leaves out.
 
-use super::instrument::{noted, write};
-use super::specimen::{SpecimenArguments, contradictions, raw, read, sources, tables};
+use super::instrument::{day, noted, write};
+use super::specimen::{
+    SpecimenArguments, contradictions, faulty, left_out, left_out_table, raw, read, sources, tables,
+};
 use crate::calib::coupon::{Fault, diagnose};
-use crate::calib::relaxation::{Choice, Phase, Recording, Settings, choose};
+use crate::calib::reference::{Figure, RawFile, ReferenceQuantity, ReferenceValue, Validity};
+use crate::calib::relaxation::{Choice, Lost, Phase, Recording, Settings, choose, lost};
 use crate::cli::{Context, Exit, Outcome};
 use crate::report::{Curve, SpecimenTable, specimen_page};
+use crate::units::with_sd;
 use clap::Args;
 use serde_json::json;
 
 /// Finds how the force on a held specimen falls: terms from ramps and holds, at one rate or several, the ramp as it was.
 ///
 /// The number of terms by evidence on data that a fit did not see: the later hold, or another rate. What the model leaves out is named: sensor
-/// zero, sticking, slip, slack, saturation, drift, or that it can't be explained. Writes relaxation.html and relaxation.json. Several exports are
-/// rates of one material.
+/// zero, sticking, slip, slack, saturation, drift, or that it can't be explained. Writes relaxation.html, relaxation.json and relaxation.toml, the
+/// reference value: the share that relaxes. Several exports are rates of one material.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig calibrate relaxation raw/foam.csv --out calibration/foam
@@ -34,11 +38,7 @@ pub(super) fn run(arguments: &RelaxationArguments, context: &Context) -> anyhow:
         recordings.iter().zip(&found.unseen).map(|(r, unseen)| diagnose(r, &found, unseen)).collect();
     let mut remarks = Vec::new();
     for (recording, faults) in recordings.iter().zip(&faults) {
-        for fault in faults.iter().filter(|f| !f.name.is_material()) {
-            let [first, last] = fault.lines;
-            let (name, label) = (fault.name.words(), &recording.label);
-            remarks.push(format!("{label}, lines {first} to {last}: {name}: {}", fault.shown));
-        }
+        remarks.extend(faulty(&recording.label, faults));
     }
     if !found.law.termination.is_answer() {
         remarks.push(format!(
@@ -47,7 +47,9 @@ pub(super) fn run(arguments: &RelaxationArguments, context: &Context) -> anyhow:
         ));
     }
     remarks.extend(contradictions(&exports));
-    let sentence = sentence(&found, &recordings);
+    let share = lost(&found, &recordings);
+    let sentence = sentence(&found, &recordings, &share);
+    let value = value(&arguments.read, &found, &recordings, &share, raw(&exports))?;
     let terms = found.law.terms();
     let whole = found.law.lasting() + terms.iter().map(|t| t.amplitude).sum::<f64>();
     let json = json!({
@@ -55,6 +57,7 @@ pub(super) fn run(arguments: &RelaxationArguments, context: &Context) -> anyhow:
         "out": arguments.read.out,
         "model": found.law.kind.words(),
         "is_minimum": found.law.termination.is_answer(),
+        "relaxed_fraction": {"value": share.fraction, "sd": share.sd, "measured": share.measured, "time_s": share.window_s},
         "lasting_fraction": found.law.lasting() / whole,
         "terms": terms.iter().map(|t| json!({"relaxed_fraction": t.amplitude / whole, "time_constant_s": t.time_s})).collect::<Vec<_>>(),
         "evidence": found.tried.iter().map(|t| json!({"model": t.kind.words(), "missed_over_sd": t.score})).collect::<Vec<_>>(),
@@ -64,27 +67,59 @@ pub(super) fn run(arguments: &RelaxationArguments, context: &Context) -> anyhow:
             "unseen_rows": found.unseen[i].len(),
             "worst_unseen_over_peak": found.worst_share(&recordings)[i],
             "unseen_within_two_sd": found.within_two_sd(&recordings)[i],
-            "left_out": faults.iter().map(|f| json!({
-                "name": f.name.words(), "lines": f.lines, "shown": f.shown, "held_out": f.held_out,
-            })).collect::<Vec<_>>(),
+            "left_out": left_out(faults),
         })).collect::<Vec<_>>(),
         "raw": raw(&exports).iter().map(|r| json!({"file": r.file, "sha256": r.sha256})).collect::<Vec<_>>(),
         "remarks": remarks,
     });
+    let newtons = recordings[0].force_unit == "N";
     let page = specimen_page(
         ["Relaxation", &sources(&exports), &sentence],
         &remarks,
         &page_tables(&found, &recordings, &faults),
-        ["time, s", if recordings[0].force_unit == "N" { "force, N" } else { "stress, Pa" }],
-        false,
+        ["time since the ramp began, s", if newtons { "force, N" } else { "stress, kPa" }],
+        true,
         &curves(&found, &recordings),
     )?;
-    write(&arguments.read.out, arguments.read.force, "relaxation", &page, &json, "")?;
-    let text = noted(&sentence, &remarks) + &format!("\n{}/relaxation.html", arguments.read.out.display());
+    write(&arguments.read.out, arguments.read.force, "relaxation", &page, &json, &value.text()?)?;
+    let out = arguments.read.out.display();
+    let text = noted(&sentence, &remarks)
+        + &format!("\n{out}/relaxation.html, reference value {out}/relaxation.toml");
     Ok(Outcome { exit: if remarks.is_empty() { Exit::Good } else { Exit::Degraded }, text, json })
 }
 
-fn sentence(found: &Choice, recordings: &[Recording]) -> String {
+/// The share that relaxes, as a reference value: what several terms of a sum that are not told apart leave sure.
+fn value(
+    read: &SpecimenArguments,
+    found: &Choice,
+    recordings: &[Recording],
+    share: &Lost,
+    raw: Vec<RawFile>,
+) -> anyhow::Result<ReferenceValue> {
+    let labels: Vec<&str> = recordings.iter().map(|r| r.label.as_str()).collect();
+    let [from, to] = share.window_s;
+    Ok(ReferenceValue {
+        name: if read.specimen.is_empty() { labels.join(", ") } else { read.specimen.clone() },
+        quantity: ReferenceQuantity::RelaxedFraction,
+        figure: Figure { value: share.fraction, sd: share.sd, interval_90: None },
+        date: day(read.date.as_deref())?,
+        source: "ramp and hold".to_owned(),
+        specimen: format!("{} ({} held)", labels.join(", "), recordings.len()),
+        machine: read.machine.clone(),
+        method: format!(
+            "share of the force that relaxes between {from:.3} and {to:.0} s after a fast change, by {}; the force itself falls by {:.4} of its \
+             peak over the hold of {}; uncertainty: the difference of the two, zero, noise, an assumed scatter of specimens of {} %",
+            found.law.kind.words(),
+            share.measured,
+            recordings[share.of].label,
+            100.0 * share.assumed_scatter
+        ),
+        validity: Validity { time_s: Some(share.window_s), ..Validity::default() },
+        raw,
+    })
+}
+
+fn sentence(found: &Choice, recordings: &[Recording], share: &Lost) -> String {
     let worst = found.worst_share(recordings).into_iter().fold(0.0, f64::max);
     let within = found.within_two_sd(recordings).into_iter().fold(1.0, f64::min);
     let how = if recordings.len() == 1 {
@@ -95,7 +130,12 @@ fn sentence(found: &Choice, recordings: &[Recording]) -> String {
             100.0 * within
         )
     };
-    format!("{}; {how}", found.law.kind.words())
+    let [from, to] = share.window_s;
+    let fraction = with_sd(share.fraction, share.sd, 100.0, "%");
+    format!(
+        "{fraction} of the force relaxes between {from:.2} and {to:.0} s ({}); {how}",
+        found.law.kind.words()
+    )
 }
 
 fn page_tables(found: &Choice, recordings: &[Recording], faults: &[Vec<Fault>]) -> Vec<SpecimenTable> {
@@ -109,27 +149,10 @@ fn page_tables(found: &Choice, recordings: &[Recording], faults: &[Vec<Fault>]) 
     let share = |force: f64| format!("{:.4}", force / whole);
     let mut rows = vec![vec!["∞".to_owned(), share(found.law.lasting())]];
     rows.extend(terms.iter().map(|t| vec![format!("{:.4}", t.time_s), share(t.amplitude)]));
-    let left_out = recordings.iter().zip(faults).flat_map(|(recording, faults)| {
-        faults.iter().map(|f| {
-            let held_out =
-                f.held_out.map_or("–".to_owned(), |[a, b]| format!("{:.2} → {:.2}", 100.0 * a, 100.0 * b));
-            let lines = format!("{} to {}", f.lines[0], f.lines[1]);
-            vec![f.name.words().to_owned(), recording.label.clone(), lines, f.shown.clone(), held_out]
-        })
-    });
+    let named: Vec<(&str, &[Fault])> =
+        recordings.iter().zip(faults).map(|(r, f)| (r.label.as_str(), f.as_slice())).collect();
     vec![
-        SpecimenTable {
-            title: "What a plain spring leaves out",
-            head: vec![
-                "Name",
-                "Recording",
-                "Lines",
-                "Shown by",
-                "unseen data missed without → with it, % of the peak",
-            ],
-            rows: left_out.collect(),
-            note: "What the machine itself yields can't be told from one specimen.",
-        },
+        left_out_table(&named, "What the machine itself yields can't be told from one specimen."),
         SpecimenTable { title: "Terms", head: vec!["time constant, s", "share"], rows, note: told_apart },
         SpecimenTable {
             title: "Evidence",
@@ -147,10 +170,14 @@ fn page_tables(found: &Choice, recordings: &[Recording], faults: &[Vec<Fault>]) 
 fn curves(found: &Choice, recordings: &[Recording]) -> Vec<Curve> {
     let mut curves = Vec::new();
     for recording in recordings {
-        let measured = recording.time_s.iter().copied().zip(recording.force.iter().copied());
+        let begin = recording.phase.iter().position(|p| *p != Phase::Rest).unwrap_or(0);
+        let start = recording.time_s[begin.saturating_sub(1)];
+        let scale = if recording.force_unit == "N" { 1.0 } else { 1e-3 };
+        let point = |(t, f): (&f64, f64)| (t - start, scale * f);
+        let measured = recording.time_s.iter().zip(recording.force.iter().copied()).map(point);
         curves.push(Curve { name: recording.label.clone(), points: measured.collect(), line: false });
         // On the way back the plate comes free, which is no part of the model.
-        let modelled = recording.time_s.iter().copied().zip(found.law.force(recording));
+        let modelled = recording.time_s.iter().zip(found.law.force(recording)).map(point);
         let held = modelled.zip(&recording.phase).filter(|(_, phase)| **phase != Phase::Unloading);
         let name = format!("{}, modelled", recording.label);
         curves.push(Curve { name, points: held.map(|(point, _)| point).collect(), line: true });

@@ -1,8 +1,12 @@
-//! What `calibrate tensile`, `bands` and `relaxation` share: exports as tables with hashes, and the words of a reference value.
+//! What `calibrate tensile`, `bands` and `relaxation` share: exports as tables with hashes, the words of a reference value, and what was left
+//! out of each specimen.
 
+use crate::calib::coupon::Fault;
 use crate::calib::export::{Export, Finding, Override, Table, Weight, read_file, read_folder};
 use crate::calib::reference::RawFile;
+use crate::report::SpecimenTable;
 use clap::Args;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// What is read, and how it is to be understood.
@@ -70,4 +74,43 @@ pub(super) fn contradictions(exports: &[Export]) -> Vec<String> {
 /// The files' names in one line.
 pub(super) fn sources(exports: &[Export]) -> String {
     raw(exports).into_iter().map(|r| r.file).collect::<Vec<_>>().join(", ")
+}
+
+/// Faults of the tests, as sentences: what belongs to the material is no reason for doubt.
+pub(super) fn faulty(label: &str, faults: &[Fault]) -> Vec<String> {
+    let say =
+        |f: &Fault| format!("{label}, lines {} to {}: {}: {}", f.lines[0], f.lines[1], f.words(), f.shown);
+    faults.iter().filter(|f| !f.is_material()).map(say).collect()
+}
+
+/// For other programs.
+pub(super) fn left_out(faults: &[Fault]) -> Vec<Value> {
+    let one = |f: &Fault| {
+        let or: Vec<&str> = f.or.iter().map(|n| n.words()).collect();
+        json!({"name": f.name.words(), "or": or, "lines": f.lines, "shown": f.shown, "held_out": f.held_out})
+    };
+    faults.iter().map(one).collect()
+}
+
+/// The table of a page; none where nothing was left out. `note`: what can't be told.
+pub(super) fn left_out_table(found: &[(&str, &[Fault])], note: &'static str) -> SpecimenTable {
+    let row = |label: &str, f: &Fault| {
+        let held_out =
+            f.held_out.map_or("–".to_owned(), |[a, b]| format!("{:.2} → {:.2}", 100.0 * a, 100.0 * b));
+        let lines = format!("{} to {}", f.lines[0], f.lines[1]);
+        vec![f.words(), label.to_owned(), lines, f.shown.clone(), held_out]
+    };
+    let rows = found.iter().flat_map(|(label, faults)| faults.iter().map(move |f| row(label, f)));
+    SpecimenTable {
+        title: "What a plain spring leaves out",
+        head: vec![
+            "Name",
+            "Specimen",
+            "Lines",
+            "Shown by",
+            "unseen rows missed without → with it, % of the peak",
+        ],
+        rows: rows.collect(),
+        note,
+    }
 }

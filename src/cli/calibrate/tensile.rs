@@ -1,8 +1,12 @@
 //! `calibrate tensile`: Young's modulus of a material from pulled dumb-bells.
 
 use super::instrument::{day, noted, write};
-use super::specimen::{SpecimenArguments, contradictions, raw, read, sources, tables};
+use super::specimen::{
+    SpecimenArguments, contradictions, faulty, left_out, left_out_table, raw, read, sources, tables,
+};
+use crate::calib::coupon::{Fault, Specimen, compliance, wrong_units};
 use crate::calib::dumbbell::{Modulus, Pull, Settings, estimate};
+use crate::calib::export::Export;
 use crate::calib::reference::{Figure, ReferenceQuantity, ReferenceValue, Validity};
 use crate::cli::{Context, Exit, Outcome, UsageError};
 use crate::report::{Curve, SpecimenTable, specimen_page};
@@ -38,15 +42,19 @@ pub(super) fn run(arguments: &TensileArguments, _: &Context) -> anyhow::Result<O
     let settings = Settings { window: [low, high], ..Settings::default() };
     let found = estimate(&pulls, &settings)?;
     let mut remarks = found.remarks.clone();
+    let faults = faults(&exports, &pulls, high);
+    for (pull, faults) in pulls.iter().zip(&faults) {
+        remarks.extend(faulty(&pull.label, faults));
+    }
     remarks.extend(contradictions(&exports));
     let sentence = sentence(&found);
     let value = value(arguments, &found, &pulls, &settings, raw(&exports))?;
-    let json = json(arguments, &found, &remarks, &value);
+    let json = json(arguments, &found, &faults, &remarks, &value);
     let names = sources(&exports);
     let page = specimen_page(
         ["Young’s modulus from dumb-bells", &names, &sentence],
         &remarks,
-        &page_tables(&found),
+        &page_tables(&found, &faults),
         ["strain", "stress, kPa"],
         false,
         &curves(&found, &pulls),
@@ -110,7 +118,26 @@ fn value(
     })
 }
 
-fn json(arguments: &TensileArguments, found: &Modulus, remarks: &[String], value: &ReferenceValue) -> Value {
+/// What a neo-Hookean bar from zero strain leaves out of each pull.
+fn faults(exports: &[Export], pulls: &[Pull], to: f64) -> Vec<Vec<Fault>> {
+    let mut all: Vec<Vec<Fault>> = pulls.iter().map(|p| Specimen::of_dumbbell(p, to).diagnose()).collect();
+    for (faults, table) in all.iter_mut().zip(tables(exports)) {
+        faults.extend(compliance(table));
+    }
+    let whole: Vec<Specimen> = pulls.iter().map(|p| Specimen::of_dumbbell(p, f64::INFINITY)).collect();
+    for (of, fault) in wrong_units(&whole) {
+        all[of].push(fault);
+    }
+    all
+}
+
+fn json(
+    arguments: &TensileArguments,
+    found: &Modulus,
+    faults: &[Vec<Fault>],
+    remarks: &[String],
+    value: &ReferenceValue,
+) -> Value {
     let b = &found.budget;
     json!({
         "format": "phantom-tensile/1",
@@ -122,16 +149,19 @@ fn json(arguments: &TensileArguments, found: &Modulus, remarks: &[String], value
             "width": b.width, "thickness": b.thickness, "gauge_length": b.gauge_length, "load_cell": b.load_cell,
             "start": b.start, "fit": b.fit, "scatter": b.scatter, "total": b.total,
         },
-        "specimens": found.specimens.iter().map(|s| json!({
+        "specimens": found.specimens.iter().zip(faults).map(|(s, faults)| json!({
             "label": s.label, "young_modulus_pa": s.modulus_pa, "sd_pa": s.sd_pa, "slack": s.slack,
             "young_modulus_with_tare_pa": s.modulus_with_tare_pa, "rows": s.rows.len(), "left_pa": s.left_pa,
+            "left_out": left_out(faults),
         })).collect::<Vec<_>>(),
         "raw": value.raw.iter().map(|r| json!({"file": r.file, "sha256": r.sha256})).collect::<Vec<_>>(),
         "remarks": remarks,
     })
 }
 
-fn page_tables(found: &Modulus) -> Vec<SpecimenTable> {
+fn page_tables(found: &Modulus, faults: &[Vec<Fault>]) -> Vec<SpecimenTable> {
+    let named: Vec<(&str, &[Fault])> =
+        found.specimens.iter().zip(faults).map(|(s, f)| (s.label.as_str(), f.as_slice())).collect();
     let kpa = |pa: f64| format!("{:.2}", 1e-3 * pa);
     let per_cent = |share: f64| format!("{:.2}", 100.0 * share);
     let b = &found.budget;
@@ -167,6 +197,10 @@ fn page_tables(found: &Modulus) -> Vec<SpecimenTable> {
                 .collect(),
             note: "",
         },
+        left_out_table(
+            &named,
+            "Against a neo-Hookean bar from zero strain, inside the window. What grips and machine yield takes an extensometer beside the crosshead.",
+        ),
         SpecimenTable {
             title: "Evidence",
             head: vec!["Model", "missed in unseen data, kPa"],

@@ -1,6 +1,6 @@
 //! The page of a fit beside its reference values.
 
-use super::sheet::{Plot, Sheet, Trace};
+use super::sheet::{Decades, Plot, Sheet, Trace};
 use crate::calib::reference::{Comparison, Fitted};
 use crate::report::ReportError;
 use crate::units::with_sd;
@@ -47,7 +47,7 @@ pub fn comparison_page(
         note: "Bars are 95 % intervals of each alone.",
         across: "row of the table",
         up: "%",
-        log: false,
+        decades: Decades::None,
         traces: vec![share(&|c| c.fitted, "fit"), share(&|c| c.reference, "reference")],
     });
     sheet.page("Fit and reference", source, sentence, comparisons.iter().all(|c| c.agree))

@@ -1,6 +1,6 @@
 //! The page of a force sensor: gains and cross-talk, how its axes lie, what is left, how its zero wanders.
 
-use super::sheet::{Plot, Sheet, Trace};
+use super::sheet::{Decades, Plot, Sheet, Trace};
 use crate::calib::instruments::force::{COMPONENTS, Drift, ForceFound, Weights};
 use crate::report::ReportError;
 
@@ -71,8 +71,14 @@ pub fn force_page(
             })
             .collect()
     };
-    let plot =
-        |title, up, traces| Plot { title, note: "", across: "line of the table", up, log: false, traces };
+    let plot = |title, up, traces| Plot {
+        title,
+        note: "",
+        across: "line of the table",
+        up,
+        decades: Decades::None,
+        traces,
+    };
     sheet.plot(plot("What is left of the forces", "reading less model (mN)", left(0..3)));
     sheet.plot(plot("What is left of the moments", "reading less model (mN·m)", left(3..6)));
     if let Some(drift) = drift {
@@ -112,7 +118,8 @@ fn drifted(sheet: &mut Sheet, drift: &Drift) {
             .collect()
     };
     let note = "Where a line stops falling, a longer mean of the zero tells no more.";
-    let plot = |title, up, traces| Plot { title, note, across: "span (s)", up, log: true, traces };
+    let plot =
+        |title, up, traces| Plot { title, note, across: "span (s)", up, decades: Decades::Both, traces };
     sheet.plot(plot("Allan deviation of the forces", "mN", traces(0..3)));
     sheet.plot(plot("Allan deviation of the moments", "mN·m", traces(3..6)));
 }

@@ -20,6 +20,15 @@ pub(super) struct Trace {
     pub(super) line: bool,
 }
 
+/// Which axes of a plot count in decades.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Decades {
+    None,
+    Across,
+    Both,
+}
+
 /// One plot with the words along its axes.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Plot {
@@ -29,7 +38,7 @@ pub(super) struct Plot {
     pub(super) note: &'static str,
     pub(super) across: &'static str,
     pub(super) up: &'static str,
-    pub(super) log: bool,
+    pub(super) decades: Decades,
     pub(super) traces: Vec<Trace>,
 }
 

@@ -1,6 +1,6 @@
 //! The page of a stage: the figures of ISO 230-2, deviations from both sides, and the press on the block.
 
-use super::sheet::{Plot, Sheet, Trace};
+use super::sheet::{Decades, Plot, Sheet, Trace};
 use crate::calib::instruments::stage::{BlockPress, Compliance, ISO, Positioning, Uncertain};
 use crate::report::ReportError;
 
@@ -69,8 +69,8 @@ fn positioned(sheet: &mut Sheet, axis: &Positioning) {
         title: "Deviation at each target",
         note: "Means of the runs from both sides; bars are two standard deviations of a run.",
         across: "target (mm)",
-        up: "where it is less where it was sent (µm)",
-        log: false,
+        up: "deviation (µm)",
+        decades: Decades::None,
         traces: vec![side(0, "from below"), side(1, "from above")],
     });
 }
@@ -99,7 +99,7 @@ fn pressed(sheet: &mut Sheet, press: &BlockPress, found: &Compliance) {
         note: "",
         across: "position (mm)",
         up: "force (N)",
-        log: false,
+        decades: Decades::None,
         traces: vec![trace("measured", press.force_n.clone(), false), trace("model", model, true)],
     });
 }
