@@ -7,6 +7,9 @@ use statrs::distribution::{ContinuousCDF, Normal};
 /// common to all its means.
 const WIDER: f64 = 1.6;
 
+/// And that of the force where its zero wanders: the eight pieces of a poke then err alike.
+const WIDER_WANDERING: f64 = 2.9;
+
 /// What the squares of means have beyond their expectation.
 ///
 /// Why by channel: a hundred markers have fifty times as many means as the force. Summed up with them, what is plain in the force would
@@ -22,7 +25,8 @@ impl Beyond {
         let of = |marker: bool| {
             let means = || left.means.iter().filter(|m| m.marker.is_some() == marker);
             let sum: f64 = means().map(|m| m.square - 1.0).sum();
-            (sum, WIDER * (2.0 * means().count().max(1) as f64).sqrt())
+            let wider = if left.wanders && !marker { WIDER_WANDERING } else { WIDER };
+            (sum, wider * (2.0 * means().count().max(1) as f64).sqrt())
         };
         Self { channels: [of(false), of(true)] }
     }
@@ -56,7 +60,7 @@ mod tests {
         let mean = |channel, marker, square| Mean { poke: 0, phase: Phase::Hold, channel, marker, square };
         let of_force = (0..150).map(|_| mean(Channel::ForceAlong, None, force));
         let of_markers = (0..20_000).map(|m| mean(Channel::Markers(0), Some(m), markers));
-        Left { means: of_force.chain(of_markers).collect() }
+        Left { means: of_force.chain(of_markers).collect(), wanders: false }
     }
 
     /// Markers whose errors are taken for larger than they are do not hide what the force shows, and it is not explained before it is
@@ -70,5 +74,8 @@ mod tests {
         let all = Beyond::noise(&left(1.0, 0.7));
         assert!(all.deviations() <= 0.0 && before.explained(&all) == 1.0);
         assert!(Beyond::noise(&left(1.0, 1.0)).p_value() == 1.0);
+        let some = Beyond::noise(&left(1.8, 1.0)).p_value();
+        let wanders = Beyond::noise(&Left { wanders: true, ..left(1.8, 1.0) }).p_value();
+        assert!(some < 1e-4 && wanders > 5e-3, "{some} {wanders}");
     }
 }

@@ -13,6 +13,8 @@ use nalgebra::DVector;
 pub(super) struct Left {
     /// One for every piece and component.
     pub means: Vec<Mean>,
+    /// Whether the force's zero wanders, so that its means in one poke err alike.
+    pub wanders: bool,
 }
 
 /// One mean.
@@ -79,7 +81,7 @@ impl Left {
                     let own = sum.own / sum.n.sqrt();
                     let (channel, marker, noise, elements) = if i < 3 {
                         let channel = if i == along { Channel::ForceAlong } else { Channel::ForceAcross };
-                        (channel, None, model.correlation.force, (ELEMENTS[0] * own).powi(2))
+                        (channel, None, 1.0 + sum.n * model.correlation.wander, (ELEMENTS[0] * own).powi(2))
                     } else {
                         let (marker, axis) = ((i - 3) / 3, (i - 3) % 3);
                         let rest = model.settled.evidence.rest[marker].1.max(1) as f64;
@@ -95,7 +97,7 @@ impl Left {
                 }
             }
         }
-        Some(Self { means })
+        Some(Self { means, wanders: model.correlation.wander > 0.0 })
     }
 
     /// Mean of the squares of some of the means, and how many they are.

@@ -17,6 +17,8 @@ use nalgebra::{DMatrix, DVector};
 pub(super) struct Correlation {
     /// Factor by which the wandering of the force raises the variance of a mean.
     pub force: f64,
+    /// Variance of that wandering over that of a row: what a mean over any number of rows still has.
+    pub wander: f64,
     /// Whether the force's zero drifts in proportion to time, rather than wanders; true where too little is known of it.
     pub drifts: bool,
     /// Variance (m²) of the common motion of all markers, along each axis.
@@ -50,8 +52,11 @@ pub(super) fn correlation(recording: &Recording, evidence: &Evidence, creep: &Cr
     let sd = evidence.noise.force_n;
     let means = means(&force_at_rest(recording));
     let drifts = drifts(&means, sd);
+    let force = wandering(&means, sd, drifts);
+    let rows = means.iter().map(|m| m.rows).sum::<f64>() / means.len().max(1) as f64;
     Correlation {
-        force: wandering(&means, sd, drifts),
+        force,
+        wander: (force - 1.0) / rows.max(1.0),
         drifts,
         sway_m2: sway(recording, evidence, creep),
         lasting_m2: lasting(recording, evidence, creep),

@@ -89,6 +89,11 @@ fn misplaced(physics: Physics) -> Option<[f64; 2]> {
 /// body that stiffens (Fung's law, the hardest here to follow) the right name leaves 0.2 % of what it explains.
 const LEAST_SHARE: f64 = 0.005;
 
+/// What earns less than this share must stand out: others added in its place earn at most such a part of it. What a model of the first effect
+/// gets wrong many others mend alike.
+const PLAIN_SHARE: f64 = 0.02;
+const STANDS_OUT: f64 = 0.7;
+
 /// Entries whose laws are not linear.
 pub(super) const LARGE: [Physics; 4] =
     [Physics::FiniteStrain, Physics::StrainStiffening, Physics::StressSoftening, Physics::SelfWeight];
@@ -130,9 +135,17 @@ pub(super) fn select(model: &Model<'_>, progress: &mut dyn FnMut(usize, usize)) 
             current = better;
         }
         let held_out_before = current.held_out(model).map(|h| h.iter().sum::<f64>());
-        let best = refitted.iter().position(|tried| {
-            let gain = current.cost - tried.fitted.cost;
-            tried.physics.last().is_some_and(|physics| gain >= least(&selection.base, *physics))
+        let plain = PLAIN_SHARE * (selection.base.cost - current.cost);
+        let gains: Vec<f64> = refitted.iter().map(|tried| current.cost - tried.fitted.cost).collect();
+        let stands_out = |i: usize| {
+            let rivals = gains.iter().enumerate().filter(|(j, _)| *j != i);
+            gains[i] >= plain
+                || rivals.fold(0.0, |most: f64, (_, gain)| most.max(*gain)) <= STANDS_OUT * gains[i]
+        };
+        let best = (0..refitted.len()).find(|&i| {
+            let tried = &refitted[i];
+            tried.physics.last().is_some_and(|physics| gains[i] >= least(&selection.base, *physics))
+                && stands_out(i)
                 && believed(model, &tried.fitted, held_out_before, current.chi2())
         });
         let known = selection.tried.len();

@@ -187,7 +187,7 @@ pub const MOST_SURE: f64 = 0.99;
 
 /// Coefficients: constant, share explained, logarithm of the gain, root of the margin. Set by hand; `prove` shows
 /// how well they are calibrated.
-const LOGISTIC: [f64; 4] = [-12.0, 9.0, 1.2, 4.0];
+const LOGISTIC: [f64; 4] = [-11.0, 9.0, 1.2, 4.0];
 
 /// For every effect beyond two: what is in no catalogue is taken for several that are.
 const BY_THIRD: f64 = -4.0;
