@@ -262,11 +262,6 @@ pub(super) fn least(model: &Model<'_>, base: &Fitted, physics: Physics) -> f64 {
     LEAST_GAIN.max(share.powi(2) * base.signal(model))
 }
 
-/// Whether an entry is in proportion to the load, as what elements get wrong is.
-pub(super) fn like_elements(physics: Physics) -> bool {
-    misplaced(physics).is_some()
-}
-
 /// Less than this, in standard deviations, is no more than noise leaves.
 const NOTHING_SD: f64 = 2.0;
 

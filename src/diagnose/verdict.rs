@@ -8,7 +8,7 @@ use super::left::{Left, Mean};
 use super::model::Model;
 use super::physics::Physics;
 use super::refit::{End, Fitted};
-use super::select::{Selection, Tried, least, like_elements};
+use super::select::{Selection, Tried, least};
 
 /// The verdict with what led to it.
 #[derive(Debug, Clone)]
@@ -40,9 +40,9 @@ const EXPLAINS: f64 = 0.8;
 /// A reading less sure than this is not named.
 const LEAST_CONFIDENCE: f64 = 0.5;
 
-/// What gains so many times what elements may misplace they have not left, even where no mean shows it. Where nothing acts the most that
-/// was seen is two thirds of that once.
-const BEYOND_ELEMENTS: f64 = 2.0;
+/// What gains so many times what is asked of it neither elements nor a zero that wanders have left, even where no mean shows it. Where nothing
+/// acts the most that was seen is 1.5 (drying, for a zero that wandered through a session).
+const BEYOND_CHANCE: f64 = 2.0;
 
 /// Judges a selection by what is left before and after it.
 pub(super) fn judge(
@@ -81,10 +81,8 @@ pub(super) fn judge(
         verdict.evidence = Some(evidence);
         let sure = confidence(&evidence);
         let doubtful = sure < LEAST_CONFIDENCE && before_noise.deviations() < PLAIN_SD;
-        let within_elements =
-            evidence.gain < BEYOND_ELEMENTS && chosen.physics.iter().all(|p| like_elements(*p));
-        if doubtful || !shows && within_elements {
-            // Hardly anything is left to be explained, and the explanation is doubtful, or elements may have left it.
+        if doubtful || !shows && evidence.gain < BEYOND_CHANCE {
+            // Hardly anything is left to be explained, and the explanation is doubtful, or something lesser may have left it.
             remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
             // No surer than where nothing explains anything.
             verdict.confidence = (1.0 - sure).clamp(LEAST_CONFIDENCE, NOTHING_LEFT_OUT);
