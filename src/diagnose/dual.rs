@@ -3,8 +3,8 @@
 use nalgebra::{Const, DMatrix, DVector, Dyn, LU, SVector, U1};
 use num_dual::{Derivative, DualSVec64};
 
-/// Most parameters that a march is differentiated by: the modulus, some ten for patches, some eight for effects.
-pub(super) const MOST: usize = 20;
+/// Most parameters that a march is differentiated by: the modulus, some ten for patches, a dozen for effects.
+pub(super) const MOST: usize = 24;
 
 /// A value with its derivatives.
 pub(super) type Dual = DualSVec64<MOST>;

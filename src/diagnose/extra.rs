@@ -14,6 +14,7 @@ use std::sync::{Arc, OnceLock};
 
 /// A law that is not linear in the displacement.
 #[derive(Debug, Clone, Copy)]
+#[expect(clippy::large_enum_variant, reason = "one a march")]
 pub(super) enum Large {
     /// Neo-Hookean.
     FiniteStrain,
@@ -46,6 +47,7 @@ pub(super) struct Shelf {
 }
 
 /// What one law adds, ready to be asked row by row.
+#[expect(clippy::large_enum_variant, reason = "one a march")]
 pub(super) enum Extra<'a> {
     /// One curve a poke.
     Curves(Arc<Curves>),

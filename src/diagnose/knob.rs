@@ -44,6 +44,8 @@ pub(super) enum Knob {
     SofteningScale,
     /// Acceleration along an axis (m/s²) of a body that always carries its weight.
     Gravity(usize),
+    /// The same of one that carries it only while the tip touches: something else holds it at rest.
+    GravityUnderTip(usize),
 }
 
 impl Knob {
@@ -67,7 +69,7 @@ impl Knob {
             Self::FiniteStrain => Physics::FiniteStrain,
             Self::Stiffening(_) => Physics::StrainStiffening,
             Self::Softening | Self::SofteningScale => Physics::StressSoftening,
-            Self::Gravity(_) => Physics::SelfWeight,
+            Self::Gravity(_) | Self::GravityUnderTip(_) => Physics::SelfWeight,
         }
     }
 
@@ -92,7 +94,7 @@ impl Knob {
             Self::Stiffening(_) => "stiffening",
             Self::Softening => "softening",
             Self::SofteningScale => "scale_j_m3",
-            Self::Gravity(_) => "g",
+            Self::Gravity(_) | Self::GravityUnderTip(_) => "g",
         }
     }
 
@@ -108,6 +110,7 @@ impl Knob {
                 | Self::Gain(_)
                 | Self::Rotation(_)
                 | Self::Gravity(_)
+                | Self::GravityUnderTip(_)
         )
     }
 
@@ -138,17 +141,18 @@ impl Knob {
             Self::Stiffening(_) => ([0.0, 20.0], 2.0),
             Self::Softening => ([0.0, 0.9], 0.15),
             Self::SofteningScale => ([1e-2_f64.ln(), 1e5_f64.ln()], 1.0),
-            Self::Gravity(_) => ([-20.0, 20.0], 5.0),
+            Self::Gravity(_) | Self::GravityUnderTip(_) => ([-20.0, 20.0], 5.0),
         }
     }
 
     /// Standard deviation that it is known with beforehand about a neutral 0, where a recording may leave it open: the gain
-    /// of an axis along which nothing ever pulled, weight along one that does nothing, a small ball that may as well be rigid.
+    /// of an axis along which nothing ever pulled, weight along one that does nothing, a small ball that may as well be rigid, the direction of
+    /// an axis that is hardly stiffer.
     pub(super) fn prior_sd(self) -> f64 {
         match self {
             Self::Gain(_) => 0.3,
-            Self::Bulk(BulkKnob::BallRatio) => 1.0,
-            Self::Gravity(_) => 10.0,
+            Self::Bulk(BulkKnob::BallRatio | BulkKnob::Turn(_)) => 1.0,
+            Self::Gravity(_) | Self::GravityUnderTip(_) => 10.0,
             _ => f64::INFINITY,
         }
     }
@@ -196,8 +200,9 @@ impl Knob {
                     *log_scale = raw;
                 }
             }
-            Self::Gravity(axis) => {
-                let none = Large::Weight { comes_and_goes: false, gravity: [Dual::from(0.0); 3] };
+            Self::Gravity(axis) | Self::GravityUnderTip(axis) => {
+                let comes_and_goes = matches!(self, Self::GravityUnderTip(_));
+                let none = Large::Weight { comes_and_goes, gravity: [Dual::from(0.0); 3] };
                 if let Large::Weight { gravity, .. } = effects.large.get_or_insert(none) {
                     gravity[axis] = value;
                 }

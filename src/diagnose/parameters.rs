@@ -6,6 +6,7 @@ use super::knob::Knob;
 use super::model::Model;
 use super::physics::Physics;
 use super::refit::Fitted;
+use crate::geometry::Vec3;
 use nalgebra::DMatrix;
 
 /// Parameters of every effect of a reading, in the order of `physics`.
@@ -20,6 +21,10 @@ pub(super) fn parameters(
         .map(|&physics| {
             let mut parameters: Vec<Parameter> = Vec::new();
             for (i, knob) in fitted.acting.knobs.iter().enumerate().filter(|(_, k)| k.physics() == physics) {
+                // Both tilts of an axis say one direction.
+                if matches!(knob, Knob::Bulk(BulkKnob::Turn(_))) {
+                    continue;
+                }
                 let at = model.base() + i;
                 let sd = covariance.map_or(f64::NAN, |c| c[(at, at)].max(0.0).sqrt());
                 let sd = sd.hypot(by_elements(*knob, fitted.at[at]));
@@ -33,7 +38,7 @@ pub(super) fn parameters(
                     }),
                 }
             }
-            complete(model, fitted, physics, &mut parameters);
+            complete(model, fitted, covariance, physics, &mut parameters);
             Found { physics, parameters }
         })
         .collect()
@@ -69,7 +74,13 @@ fn said(model: &Model<'_>, fitted: &Fitted, knob: Knob, value: f64, sd: f64) -> 
 }
 
 /// What follows from the others or was taken as given.
-fn complete(model: &Model<'_>, fitted: &Fitted, physics: Physics, parameters: &mut Vec<Parameter>) {
+fn complete(
+    model: &Model<'_>,
+    fitted: &Fitted,
+    covariance: Option<&DMatrix<f64>>,
+    physics: Physics,
+    parameters: &mut Vec<Parameter>,
+) {
     match physics {
         // Gains are told from the modulus only as ratios: that of z is 1.
         Physics::ForceGain => {
@@ -93,15 +104,54 @@ fn complete(model: &Model<'_>, fitted: &Fitted, physics: Physics, parameters: &m
         // It has no parameter of its own.
         Physics::FiniteStrain => parameters.clear(),
         Physics::Anisotropy => {
-            let along = fitted.acting.knobs.iter().find_map(|knob| match knob {
-                Knob::Bulk(BulkKnob::Along(axis)) => Some(*axis),
-                _ => None,
+            let Some((axis, by_tilt)) = BulkKnob::axis(&model.bulk_knobs(&fitted.acting, &fitted.at)) else {
+                return;
+            };
+            let tilts: Vec<(usize, Vec3)> = (0..2)
+                .filter_map(|which| {
+                    let index = position(model, fitted, Knob::Bulk(BulkKnob::Turn(which)))?;
+                    Some((index, by_tilt[which]))
+                })
+                .collect();
+            let values = (0..3).map(|i| {
+                let slopes: Vec<(usize, f64)> = tilts.iter().map(|(index, by)| (*index, by[i])).collect();
+                Estimate { value: axis[i], sd: deviation(covariance, &slopes) }
             });
-            if let Some(axis) = along {
-                let values = axis.map(|value| Estimate { value, sd: 0.0 }).to_vec();
-                parameters.push(Parameter { id: "axis", values, list: true });
-            }
+            parameters.push(Parameter { id: "axis", values: values.collect(), list: true });
+        }
+        // Its components are fitted.
+        Physics::SelfWeight => {
+            parameters.clear();
+            let of = |axis| {
+                let known = |knob| position(model, fitted, knob);
+                known(Knob::Gravity(axis)).or_else(|| known(Knob::GravityUnderTip(axis)))
+            };
+            let (Some(x), Some(y), Some(z)) = (of(0), of(1), of(2)) else { return };
+            let vector = Vec3::new(fitted.at[x], fitted.at[y], fitted.at[z]);
+            let Some(direction) = vector.try_normalize(0.0) else { return };
+            let by = |slope: Vec3| deviation(covariance, &[(x, slope.x), (y, slope.y), (z, slope.z)]);
+            let size = Estimate { value: vector.norm(), sd: by(direction) };
+            parameters.push(Parameter { id: "g", values: vec![size], list: false });
+            let values = (0..3).map(|i| {
+                let across = Vec3::ith(i, 1.0) - direction * direction[i];
+                Estimate { value: direction[i], sd: by(across / vector.norm()) }
+            });
+            parameters.push(Parameter { id: "gravity_direction", values: values.collect(), list: true });
         }
         _ => {}
     }
+}
+
+/// Index of the parameter that a knob is.
+fn position(model: &Model<'_>, fitted: &Fitted, knob: Knob) -> Option<usize> {
+    Some(model.base() + fitted.acting.knobs.iter().position(|k| *k == knob)?)
+}
+
+/// Standard deviation of a sum of parameters (index and factor of each).
+fn deviation(covariance: Option<&DMatrix<f64>>, slopes: &[(usize, f64)]) -> f64 {
+    covariance.map_or(f64::NAN, |covariance| {
+        let between = |(i, a): &(usize, f64), (j, b): &(usize, f64)| a * b * covariance[(*i, *j)];
+        let variance: f64 = slopes.iter().flat_map(|a| slopes.iter().map(move |b| between(a, b))).sum();
+        variance.max(0.0).sqrt()
+    })
 }

@@ -85,7 +85,9 @@ fn large(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
         }
     }
     if model.settled.recording.phantom.gravity.is_none() {
-        starts.push((Physics::SelfWeight, (0..3).map(|axis| (Knob::Gravity(axis), 0.0)).collect()));
+        for weight in [Knob::Gravity, Knob::GravityUnderTip] {
+            starts.push((Physics::SelfWeight, (0..3).map(|axis| (weight(axis), 0.0)).collect()));
+        }
     }
     starts.retain(|(_, knobs)| ready(model, knobs, false));
     starts.into_iter().map(|(physics, knobs)| Start { physics, knobs, gain: None }).collect()

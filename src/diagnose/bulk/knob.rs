@@ -73,12 +73,15 @@ impl BulkKnob {
         }
     }
 
-    /// Direction of the stiffer axis that these knobs say, a unit vector: the catalogue's `axis`.
-    pub fn axis(knobs: &[(Self, f64)]) -> Option<Vec3> {
+    /// Direction of the stiffer axis that these knobs say, a unit vector: the catalogue's `axis`; and its derivatives by the two tilts.
+    pub fn axis(knobs: &[(Self, f64)]) -> Option<(Vec3, [Vec3; 2])> {
         let tilt = [0, 1]
             .map(|i| knobs.iter().find(|(knob, _)| *knob == Self::Turn(i)).map_or(0.0, |(_, value)| *value));
         knobs.iter().find_map(|(knob, value)| match knob {
-            Self::Along(axis) => Some(Along::new(*axis, tilt, value.exp()).direction()),
+            Self::Along(axis) => {
+                let along = Along::new(*axis, tilt, value.exp());
+                Some((along.direction(), along.tilted()))
+            }
             _ => None,
         })
     }

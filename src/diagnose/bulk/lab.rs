@@ -6,7 +6,9 @@ use super::glue::Glue;
 use super::own::Own;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::body::Shape;
-use crate::fem::{Functional, Loose, Model, Stiffness, cell_stiffness, nodal_loads, readings};
+use crate::fem::{
+    Functional, Loose, Model, Space, Stiffness, barycentric_gradients, cell_stiffness, nodal_loads, readings,
+};
 use crate::inverse::{Bench, Mounted, Settled};
 use nalgebra::DMatrix;
 use std::sync::OnceLock;
@@ -44,6 +46,10 @@ pub struct Lab<'a> {
     pub(super) own: Own,
     pub(super) settled: Option<&'a Settled<'a>>,
     pub(super) finer: OnceLock<BodyChange>,
+    /// Twice the body's volume over its surface (m).
+    pub(super) thickness_m: f64,
+    /// Smallest and largest coordinate of the body along each axis (m).
+    pub(super) extent_m: [[f64; 2]; 3],
 }
 
 impl<'a> Lab<'a> {
@@ -111,6 +117,10 @@ impl<'a> Lab<'a> {
         seen.extend(markers);
         let before = readings(&seen, &loaded);
         let own = Own::new(&before, own);
+        let extent = |axis: usize| {
+            let all = space.nodes().iter().map(|p| p[axis]);
+            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+        };
         Ok(Self {
             model,
             sites,
@@ -127,6 +137,8 @@ impl<'a> Lab<'a> {
             own,
             settled,
             finer: OnceLock::new(),
+            thickness_m: thickness_m(space),
+            extent_m: [0, 1, 2].map(extent),
             seen,
         })
     }
@@ -204,6 +216,13 @@ impl<'a> Lab<'a> {
         let made = finer::difference(settled)?;
         Ok(Some(self.finer.get_or_init(|| made)))
     }
+}
+
+/// Twice a body's volume over its surface (m).
+fn thickness_m(space: &Space) -> f64 {
+    let area: f64 = (0..space.faces().len()).map(|f| space.face_triangle(f).area()).sum();
+    let cells = 0..space.cells().len() as u32;
+    2.0 * cells.map(|c| barycentric_gradients(&space.corners(c)).1).sum::<f64>() / area
 }
 
 /// Fields one a row.

@@ -32,6 +32,11 @@ impl Along {
         self.direction
     }
 
+    /// Derivatives of the unit vector by the two tilts.
+    pub(super) fn tilted(&self) -> [Vec3; 2] {
+        self.tilted
+    }
+
     fn dyad(&self) -> Mat3 {
         self.direction * self.direction.transpose()
     }

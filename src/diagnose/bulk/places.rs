@@ -19,8 +19,10 @@ const LOOSE_RADIUS: f64 = 0.45;
 /// Places closer to each other than this, over the body's thickness, are neighbours.
 const NEIGHBOURS: f64 = 0.8;
 
-/// Edges where a ball is resolved, over the body's thickness; how far about it; how they grow beyond.
+/// Edges where a ball is resolved, over the body's thickness, but no smaller than this share of its radius; how far about it; how they grow
+/// beyond. A ball of any size then takes 2,300 elements at most.
 const RESOLVED: f64 = 0.2;
+const RESOLVED_BY_RADIUS: f64 = 0.25;
 const RESOLVED_ABOUT: f64 = 0.15;
 const RESOLVED_GROWTH: f64 = 1.0;
 
@@ -30,6 +32,16 @@ const AXIS_RATIO: f64 = 1.3;
 const POISSON_SHIFT: f64 = 0.02;
 const GIVE: f64 = 0.03;
 
+/// Axes of a cube by its faces, edges and corners: no direction is farther from one of them than 28°.
+fn axes() -> impl Iterator<Item = [f64; 3]> {
+    let steps = || [-1.0, 0.0, 1.0];
+    let all = steps().into_iter().flat_map(move |x| {
+        steps().into_iter().flat_map(move |y| steps().into_iter().map(move |z| [x, y, z]))
+    });
+    // Of two opposite ones that whose first component off zero is positive.
+    all.filter(|axis| axis.iter().find(|x| **x != 0.0).is_some_and(|first| *first > 0.0))
+}
+
 impl Lab<'_> {
     /// Sets of knobs to look at in a scan of this entry of the catalogue, none for an entry that is no change of the body.
     /// Of what may be more or less only one is here: [`Lab::first_order_both`] answers for the other as well.
@@ -37,7 +49,7 @@ impl Lab<'_> {
         match physics {
             Physics::Inclusion => {
                 let places = self.inside();
-                let radius = BALL_RADIUS * self.thickness_m();
+                let radius = BALL_RADIUS * self.thickness_m;
                 let ball = |p: &Vec3| {
                     let mut knobs: Vec<_> =
                         (0..3).map(|axis| (BulkKnob::BallCentre(axis), p[axis])).collect();
@@ -46,13 +58,15 @@ impl Lab<'_> {
                 };
                 places.iter().map(ball).collect()
             }
-            Physics::Anisotropy => [Vec3::x(), Vec3::y(), Vec3::z()]
-                .iter()
-                .map(|axis| vec![(BulkKnob::Along((*axis).into()), AXIS_RATIO.ln())])
+            Physics::Anisotropy => axes()
+                .map(|axis| {
+                    let straight = [0, 1].map(|which| (BulkKnob::Turn(which), 0.0));
+                    [(BulkKnob::Along(axis), AXIS_RATIO.ln())].into_iter().chain(straight).collect()
+                })
                 .collect(),
             Physics::PoissonRatio => vec![vec![(BulkKnob::Poisson, -POISSON_SHIFT)]],
             Physics::BaseDebonding => {
-                let radius = LOOSE_RADIUS * self.thickness_m();
+                let radius = LOOSE_RADIUS * self.thickness_m;
                 self.on_the_glue()
                     .iter()
                     .map(|p| {
@@ -64,7 +78,7 @@ impl Lab<'_> {
                     })
                     .collect()
             }
-            Physics::CompliantBase => vec![vec![(BulkKnob::BaseGive, GIVE * self.thickness_m())]],
+            Physics::CompliantBase => vec![vec![(BulkKnob::BaseGive, GIVE * self.thickness_m)]],
             Physics::CoarseMesh => [1.0, -1.0].map(|share| vec![(BulkKnob::Finer, share)]).to_vec(),
             _ => Vec::new(),
         }
@@ -85,26 +99,25 @@ impl Lab<'_> {
                 _ => {}
             }
         }
-        !has_place || square.sqrt() > NEIGHBOURS * self.thickness_m()
+        !has_place || square.sqrt() > NEIGHBOURS * self.thickness_m
     }
 
     /// Lengths of edges (m) by place with which the ball of these knobs is resolved; `None` where there is none. Loose glue
     /// gains nothing from it: what a disc of it looks like is told by its surroundings.
     pub fn resolving(&self, knobs: &[(BulkKnob, f64)]) -> Option<impl Fn(&Vec3) -> f64 + use<>> {
         let ball = Changed::of(knobs, self.model.poisson_ratio()).ok()?.inclusion?.ball;
-        let thick = self.thickness_m();
-        Some(move |p: &Vec3| {
-            RESOLVED * thick + RESOLVED_GROWTH * (ball.beyond(p) - RESOLVED_ABOUT * thick).max(0.0)
-        })
+        let thick = self.thickness_m;
+        let inside = (RESOLVED * thick).max(RESOLVED_BY_RADIUS * ball.rim.reach());
+        Some(move |p: &Vec3| inside + RESOLVED_GROWTH * (ball.beyond(p) - RESOLVED_ABOUT * thick).max(0.0))
     }
 
     /// Smallest and largest value of a knob, and the longest step of a fit.
     pub fn range(&self, knob: BulkKnob) -> ([f64; 2], f64) {
-        let thick = self.thickness_m();
+        let thick = self.thickness_m;
         let nu = self.model.poisson_ratio();
         match knob {
-            BulkKnob::BallCentre(axis) => (self.extent(axis), 0.2 * thick),
-            BulkKnob::LooseCentre(axis) => (self.extent(axis), 0.2 * thick),
+            BulkKnob::BallCentre(axis) => (self.extent_m[axis], 0.2 * thick),
+            BulkKnob::LooseCentre(axis) => (self.extent_m[axis], 0.2 * thick),
             BulkKnob::BallRadius | BulkKnob::LooseRadius => ([0.1 * thick, 2.0 * thick], 0.15 * thick),
             BulkKnob::BallRatio => ([-4.0, 4.0], 0.7),
             BulkKnob::Along(_) => ([-1.5, 2.5], 0.3),
@@ -115,25 +128,10 @@ impl Lab<'_> {
         }
     }
 
-    /// Twice the body's volume over its surface (m).
-    fn thickness_m(&self) -> f64 {
-        let space = self.model.space();
-        let area: f64 = (0..space.faces().len()).map(|f| space.face_triangle(f).area()).sum();
-        let cells = 0..space.cells().len() as u32;
-        2.0 * cells.map(|c| barycentric_gradients(&space.corners(c)).1).sum::<f64>() / area
-    }
-
-    /// Smallest and largest coordinate of the body (m).
-    fn extent(&self, axis: usize) -> [f64; 2] {
-        let all = self.model.space().nodes().iter().map(|p| p[axis]);
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
-    }
-
     /// Points of a grid inside the body (m).
     fn inside(&self) -> Vec<Vec3> {
-        let spacing = BALL_SPACING * self.thickness_m();
-        let lines: [Vec<f64>; 3] = [0, 1, 2].map(|axis| {
-            let [low, high] = self.extent(axis);
+        let spacing = BALL_SPACING * self.thickness_m;
+        let lines: [Vec<f64>; 3] = self.extent_m.map(|[low, high]| {
             let count = ((high - low) / spacing).round().max(1.0);
             (0..count as usize).map(|i| low + (high - low) * (i as f64 + 0.5) / count).collect()
         });
@@ -164,7 +162,7 @@ impl Lab<'_> {
     /// Places on the glue (m), closer to each other near its end.
     fn on_the_glue(&self) -> Vec<Vec3> {
         let space = self.model.space();
-        let spacing = LOOSE_SPACING * self.thickness_m();
+        let spacing = LOOSE_SPACING * self.thickness_m;
         let ends = self.glue.ends_along_z(space);
         let apart = |p: &Vec3| {
             let near = ends.iter().any(|e| (e - p).norm() < spacing);

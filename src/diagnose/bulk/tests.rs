@@ -234,7 +234,12 @@ fn a_ball_far_inside_changes_the_energy_as_eshelby_says() {
 #[test]
 fn knobs_are_said_in_the_terms_of_the_catalogue() {
     let knobs = [(Along([0.0, 0.0, 3.0]), 0.3), (Turn(0), 0.3_f64.tan()), (Turn(1), 0.0)];
-    let axis = BulkKnob::axis(&knobs).expect("an axis");
+    let (axis, by_tilt) = BulkKnob::axis(&knobs).expect("an axis");
+    let tilted = |step: f64| {
+        let knobs = [knobs[0], (Turn(0), knobs[1].1 + step), knobs[2]];
+        BulkKnob::axis(&knobs).expect("an axis").0
+    };
+    assert!(((tilted(1e-6) - tilted(-1e-6)) / 2e-6 - by_tilt[0]).norm() < 1e-9);
     assert!((axis.norm() - 1.0).abs() < 1e-15 && (axis.z - 0.3_f64.cos()).abs() < 1e-15);
     assert!(BulkKnob::axis(&[(Poisson, 0.01)]).is_none());
     assert_eq!(BaseGive.said(2e-3, 1e4, 0.45).0, 5e6);

@@ -94,7 +94,9 @@ pub(super) fn clause(found: &Found) -> Option<String> {
             said.join(", ")
         }
         Physics::CameraLag => format!("by {:.3} s", one("lag_s")?),
-        Physics::SelfWeight => format!("g = {:.3} m/s²", one("g")?),
+        Physics::SelfWeight => {
+            format!("g = {:.3} m/s² along ({})", one("g")?, numbers(&get("gravity_direction")?, 1.0, 2))
+        }
     })
 }
 
