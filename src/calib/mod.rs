@@ -30,6 +30,7 @@ pub mod export;
 pub mod instruments;
 mod lag;
 pub mod lens;
+mod noise;
 pub mod reference;
 mod registration;
 mod registration_file;

@@ -4,7 +4,7 @@
 //! it later. Nothing of the fit is used.
 
 use phantom_rig::calib::coupon::{Name, diagnose};
-use phantom_rig::calib::relaxation::{Phase, Recording, Settings, choose};
+use phantom_rig::calib::relaxation::{Phase, Recording, Settings, choose, lost};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -51,6 +51,7 @@ fn made(seed: u64, fault: impl Fn(f64, Phase, f64) -> f64) -> Recording {
         force_sd: None,
         phase: list.iter().map(|r| r.3).collect(),
         lines: (2..list.len() as u64 + 2).collect(),
+        later_rows: 0,
         deformation_unit: "m",
         force_unit: "N",
     }
@@ -130,4 +131,74 @@ fn a_noisy_way_back_and_a_curved_ramp_get_no_name() {
         let found = names(&curved);
         assert!(!found.contains(&Name::Slack) && found.contains(&Name::Stiffening), "{found:?}");
     }
+}
+
+/// What relaxes between two times after a step, by the closed form of the branches.
+fn relaxes([early, late]: [f64; 2]) -> f64 {
+    let after = |t: f64| LASTING_N + BRANCHES.iter().map(|(a, tau)| a * (-t / tau).exp()).sum::<f64>();
+    1.0 - after(late) / after(early)
+}
+
+/// The share is that of the made branches, whatever noise and thinning leave of the terms; and no unit has a say.
+#[test]
+fn the_share_that_relaxes_is_found_in_any_unit() {
+    let share = |recording: &Recording| {
+        let one = std::slice::from_ref(recording);
+        let choice = choose(one, &Settings { most_terms: 4, ..Settings::default() }).expect("a model");
+        lost(&choice, one).expect("a hold that lasts")
+    };
+    let made = made(50, |_, _, f| f);
+    let found = share(&made);
+    println!("{found:?}, made {:.4}", relaxes(found.window_s));
+    assert!((found.fraction - relaxes(found.window_s)).abs() < 0.01, "{found:?}");
+    let scaled = |list: &[f64], by: f64| list.iter().map(|v| by * v).collect::<Vec<_>>();
+    let (minute, milli) = (1.0 / 60.0, 1e3);
+    let stronger = Recording { force: scaled(&made.force, milli), ..made.clone() };
+    let slower = Recording { time_s: scaled(&made.time_s, minute), ..made.clone() };
+    for other in [stronger, slower] {
+        let other = share(&other);
+        assert!((other.fraction - found.fraction).abs() < 1e-6, "{found:?} {other:?}");
+    }
+    let mut thinned = made.clone();
+    let kept = |list: &[f64]| list.iter().copied().step_by(2).collect::<Vec<_>>();
+    (thinned.time_s, thinned.force) = (kept(&made.time_s), kept(&made.force));
+    thinned.deformation = kept(&made.deformation);
+    thinned.phase = made.phase.iter().copied().step_by(2).collect();
+    thinned.lines = made.lines.iter().copied().step_by(2).collect();
+    let thinned = share(&thinned);
+    assert!((thinned.fraction - found.fraction).abs() < found.sd, "{found:?} {thinned:?}");
+}
+
+/// Steps of the sensor, a slip that takes seconds, a noisy end of the sensor, a file that begins in the ramp, a force that comes late, play.
+#[test]
+fn what_only_looks_like_a_fault_is_told_from_one() {
+    let others = |recording: &Recording| -> Vec<Name> {
+        let one = std::slice::from_ref(recording);
+        let choice = choose(one, &Settings { most_terms: 4, ..Settings::default() }).expect("a model");
+        let faults = diagnose(recording, &choice, &choice.unseen[0]);
+        faults.iter().for_each(|f| println!("{}: {}", f.words(), f.shown));
+        faults.iter().map(|f| f.name).filter(|n| *n != Name::Memory).collect()
+    };
+    for step in [0.01, 0.04, 0.1] {
+        let counted = made(60, |_, _, f| (f / step).round() * step);
+        assert_eq!(others(&counted), [], "{step}");
+    }
+    let lost = |t: f64| 1.0 - 0.1 * ((t - 200.0) / 3.0).clamp(0.0, 1.0);
+    assert_eq!(
+        others(&made(61, |t, p, f| if p == Phase::Unloading { f } else { f * lost(t) })),
+        [Name::Slipped]
+    );
+    let rough = |t: f64| 0.004 * (7919.0 * t * t).sin();
+    assert_eq!(others(&made(62, |t, _, f| f.min(2.9) + rough(t))), [Name::Saturated]);
+    let mut cut = made(63, |_, _, f| f);
+    let from = cut.time_s.iter().position(|t| *t > 1.0).expect("a ramp");
+    for list in [&mut cut.time_s, &mut cut.force, &mut cut.deformation] {
+        list.drain(..from);
+    }
+    cut.phase.drain(..from);
+    cut.lines.drain(..from);
+    assert_eq!(others(&cut), [Name::LoadedBefore]);
+    // A sample that stands alone where the ramp ends.
+    let corner = made(64, |t, _, f| if (t - RAMP_S).abs() < 1e-9 { f + 1.0 } else { f });
+    assert_eq!(others(&corner), [Name::Spikes]);
 }

@@ -224,3 +224,34 @@ fn grips_that_give_way_are_told_by_an_extensometer() {
     println!("{} {:?}", longer.shown, longer.held_out);
     assert_eq!((longer.name, longer.or), (Name::GaugeLength, Vec::new()));
 }
+
+/// Three cycles that lie on each other are not longer with cycles, whatever their loop looks like; a loop that gives energy is no memory.
+#[test]
+fn equal_cycles_are_not_longer_and_no_specimen_gives_energy() {
+    let says = |found: &[(Name, Vec<Name>)], name: Name| {
+        found.iter().any(|(n, or)| *n == name || or.contains(&name))
+    };
+    let found = said(
+        &Specimen::of_bands(&band(4, 3, |mm, _, out| 2.0 + pulls(if out { mm } else { mm - 2.0 })))
+            .diagnose(),
+    );
+    assert!(says(&found, Name::Memory) && !says(&found, Name::Lengthened), "{found:?}");
+    let found = said(
+        &Specimen::of_bands(&band(4, 3, |mm, _, out| 2.0 + pulls(if out { mm } else { mm + 1.0 })))
+            .diagnose(),
+    );
+    assert!(
+        says(&found, Name::Play) && !says(&found, Name::Memory) && !says(&found, Name::Lengthened),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn a_sensor_at_its_end_is_no_flattening() {
+    let found = said(&Specimen::of_bands(&band(2, 2, |mm, _, _| pulls(mm))).diagnose());
+    assert_eq!(found, []);
+    let mut clipped = band(2, 2, |mm, _, _| pulls(mm));
+    clipped.force_n.iter_mut().for_each(|f| *f = f.min(9.0));
+    let found = said(&Specimen::of_bands(&clipped).diagnose());
+    assert_eq!(found, [(Name::Saturated, Vec::new())]);
+}

@@ -10,6 +10,33 @@ fn rows() -> Vec<(f64, f64, f64)> {
     (0..110).map(|k| (0.1 * f64::from(k), stretch(k) - 1.0, kpa(stretch(k)))).collect()
 }
 
+/// Specimens in other units and of other materials make no reference value: what is left out or withheld is said, with exit code 3.
+#[test]
+fn what_is_no_specimen_of_the_material_makes_no_value() {
+    let place = tempfile::tempdir().expect("a folder");
+    let run_of = |name: &str, gains: &[f64]| {
+        let (folder, out) = (place.path().join(name), place.path().join(format!("{name}-out")));
+        fs::create_dir(&folder).expect("writable");
+        for (k, gain) in gains.iter().enumerate() {
+            let scaled: Vec<(f64, f64, f64)> = rows().iter().map(|(t, e, p)| (*t, *e, gain * p)).collect();
+            fs::write(folder.join(format!("{k}.csv")), table(&scaled)).expect("writable");
+        }
+        let (code, text, _) = run(&["calibrate", "tensile", utf8(&folder), "--out", utf8(&out)]);
+        (code, text, phantom_rig::calib::reference::ReferenceValue::read(&out.join("tensile.toml")).ok())
+    };
+    let (code, text, value) = run_of("one-in-pounds", &[1.0, 1.02, 0.98 * 4.448_222, 0.99]);
+    let value = value.expect("a value");
+    assert!(code == 3 && text.contains("left out of the estimate"), "{code} {text}");
+    assert!(
+        (value.figure.value / 60e3 - 1.0).abs() < 0.03 && value.method.contains("wrong unit"),
+        "{value:?}"
+    );
+    let (code, text, value) = run_of("two-materials", &[1.0, 1.02, 2.5, 2.6]);
+    assert!(code == 3 && text.contains("not one material") && value.is_none(), "{code} {text} {value:?}");
+    let (code, _, value) = run_of("sound", &[1.0, 1.02, 0.98, 0.99]);
+    assert!(code == 0 && value.is_some(), "{code}");
+}
+
 fn table(rows: &[(f64, f64, f64)]) -> String {
     let line = |(t, e, p): &(f64, f64, f64)| format!("{t:.1},{e:.4},{p:.4}\n");
     "Time (s),Strain (mm/mm),Stress (kPa)\n".to_owned() + &rows.iter().map(line).collect::<String>()

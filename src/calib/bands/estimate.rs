@@ -12,6 +12,10 @@ use crate::calib::coverage::{Z95, uniform};
 const BLOCKS: usize = 5;
 /// How much better a line with more parameters must predict.
 const BETTER: f64 = 0.9;
+/// Share of the greatest force below which nothing is missed.
+const EXACT: f64 = 1e-6;
+/// How much the slopes of both ways must differ for it to be said that the rubber remembers.
+const REMEMBERS: f64 = 0.01;
 /// Steps in which the extension of a pull is looked for.
 const STEPS: usize = 2_000;
 
@@ -90,12 +94,15 @@ pub fn estimate(stretching: &Stretching, settings: &Settings) -> Result<Stiffnes
     let loading = stretching.branches.iter().rfind(|b| b.loading).ok_or_else(no_model)?;
     let points = stretching.points(loading);
     let tried: Vec<(Bend, Option<f64>)> = Bend::ALL.iter().map(|b| (*b, missed(*b, &points))).collect();
+    // Lines that miss nothing are equal, whatever rounding leaves.
+    let greatest = points.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
     let mut best: Option<(Bend, f64)> = None;
     for (bend, score) in &tried {
+        let score = score.map(|s| s.max(EXACT * greatest));
         if let Some(score) = score
-            && best.is_none_or(|(_, least)| *score < BETTER * least)
+            && best.is_none_or(|(_, least)| score < BETTER * least)
         {
-            best = Some((*bend, *score));
+            best = Some((*bend, score));
         }
     }
     let (bend, _) = best.ok_or_else(no_model)?;
@@ -143,7 +150,9 @@ pub fn estimate(stretching: &Stretching, settings: &Settings) -> Result<Stiffnes
         );
     }
     if let Some(back) = back {
-        remarks.push(format!("unloading, the slope at that pull is {back:.1} N/m: the rubber remembers"));
+        let remembers = (back / slope - 1.0).abs() > REMEMBERS;
+        let why = if remembers { ": the rubber remembers" } else { ", as on the way out" };
+        remarks.push(format!("unloading, the slope at that pull is {back:.1} N/m{why}"));
     }
     if stretching.branches.iter().filter(|b| b.loading).count() == 1 {
         remarks.push("one cycle: whether the bands soften with cycles can't be told".to_owned());

@@ -48,7 +48,11 @@ impl Stretching {
         let stem = table.place.origin.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let label = if table.label.is_empty() { stem } else { format!("{stem} {}", table.label) };
         let [extension, force] = &series.values[..] else { unreachable!("two were asked for") };
-        let mut found = Self::new(label, extension.clone(), force.clone());
+        // A band can only be pulled: where both go down together, a pull is written negative.
+        let goes = |v: &[f64]| v.iter().map(|x| x - v[0]).sum::<f64>();
+        let sign = if goes(extension) < 0.0 && goes(force) < 0.0 { -1.0 } else { 1.0 };
+        let turned = |v: &[f64]| v.iter().map(|x| sign * x).collect();
+        let mut found = Self::new(label, turned(extension), turned(force));
         found.lines = series.lines;
         if found.branches.is_empty() {
             let place = table.column(Quantity::Extension)?.place.to_string();

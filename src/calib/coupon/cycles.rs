@@ -4,10 +4,11 @@
 //! | reading | y(x) from the first way out y₁ | name |
 //! | --- | --- | --- |
 //! | less | (α + β u) y₁(x) | softening from cycle to cycle; memory on the way back |
-//! | along | y₁(x − d) | set, or slip in the grips |
+//! | along | y₁(x − d) | set, or slip in the grips; on the way back memory or friction |
 //! | down | y₁(x) − c | the zero moved; friction on the way back |
 //!
-//! With one cycle, less on the way back may be memory as well as softening. What predicts about as well as the best is not told from it.
+//! With one cycle, less on the way back may be memory as well as softening or a set. A way back above the way out gives energy, which no specimen
+//! does: the drive has play, the force comes late, or the zero moves meanwhile. What predicts about as well as the best is not told from it.
 
 use super::curve::solve;
 use super::fault::{Fault, Name};
@@ -134,7 +135,7 @@ impl Beside {
 /// Best reading, those not told from it, sizes, and what is missed without and with it.
 struct Found {
     best: (Reading, f64),
-    or: Vec<Reading>,
+    or: Vec<(Reading, f64)>,
     held_out: [f64; 2],
 }
 
@@ -154,7 +155,7 @@ fn compare(specimen: &Specimen, first: &Branch, other: &Branch) -> Option<Found>
     let held_out = [without / specimen.peak(), best.1 / specimen.peak()];
     (helps(held_out) && held_out[0] > MATTERS).then(|| Found {
         best: (best.0, best.2),
-        or: tried[1..].iter().filter(|t| t.1 <= WORSE * best.1).map(|t| t.0).collect(),
+        or: tried[1..].iter().filter(|t| t.1 <= WORSE * best.1).map(|t| (t.0, t.2)).collect(),
         held_out,
     })
 }
@@ -171,24 +172,33 @@ pub(super) fn from_cycle_to_cycle(specimen: &Specimen) -> Option<Fault> {
     };
     let (reading, size) = found.best;
     let shown = match reading {
-        Reading::Less if size < 0.0 => return None,
         Reading::Less => {
-            format!("in cycle {} the force is {:.1} % less than in the first", last.cycle, 100.0 * size)
+            let more = if size < 0.0 { "more" } else { "less" };
+            format!(
+                "in cycle {} the force is {:.1} % {more} than in the first",
+                last.cycle,
+                100.0 * size.abs()
+            )
         }
         Reading::Along => {
-            format!("in cycle {} the same force comes at {} more", last.cycle, specimen.say_x(size))
+            let more = if size < 0.0 { "less" } else { "more" };
+            format!("in cycle {} the same force comes at {} {more}", last.cycle, specimen.say_x(size.abs()))
         }
         Reading::Down => {
             format!("in cycle {} the force is off by {} throughout", last.cycle, specimen.say_y(size))
         }
     };
-    Some(Fault {
-        name: name(reading),
-        or: found.or.into_iter().map(name).collect(),
-        lines: [specimen.lines[last.from], specimen.lines[last.to]],
-        shown,
-        held_out: Some(found.held_out),
-    })
+    // No specimen grows stiffer or shorter for being stretched.
+    let names = |all: Vec<(Reading, f64)>| -> Vec<Name> {
+        let can = all.into_iter().filter(|(r, size)| *size > 0.0 || *r == Reading::Down);
+        can.map(|(r, _)| name(r)).collect()
+    };
+    let mut all = names(std::iter::once((reading, size)).chain(found.or).collect());
+    let lines = [specimen.lines[last.from], specimen.lines[last.to]];
+    if all.is_empty() {
+        return Some(Fault { name: Name::Unexplained, or: Vec::new(), lines, shown, held_out: None });
+    }
+    Some(Fault { name: all.remove(0), or: all, lines, shown, held_out: Some(found.held_out) })
 }
 
 /// The way back of the last cycle against its way out.
@@ -196,43 +206,48 @@ pub(super) fn way_back(specimen: &Specimen) -> Option<Fault> {
     let back = specimen.branches.iter().rfind(|b| !b.loading)?;
     let out = specimen.branches.iter().rfind(|b| b.loading && b.cycle == back.cycle)?;
     let found = compare(specimen, out, back)?;
-    let settled = specimen.branches.iter().filter(|b| b.loading).count() > 1;
-    let less = if settled { vec![Name::Memory] } else { vec![Name::Memory, Name::Softening] };
-    let names = |reading: Reading| match reading {
-        Reading::Less => less.clone(),
-        Reading::Along => vec![Name::Lengthened],
-        Reading::Down => vec![Name::Friction],
-    };
     let (reading, size) = found.best;
+    let lines = [specimen.lines[back.from], specimen.lines[back.to]];
+    let fault = |mut all: Vec<Name>, shown: String| {
+        let name = all.remove(0);
+        Some(Fault { name, or: all, lines, shown, held_out: Some(found.held_out) })
+    };
+    let gives = if reading == Reading::Down { size > 0.0 } else { size < 0.0 };
+    let way = format!("on the way back of cycle {}", back.cycle);
+    if gives {
+        let more = match reading {
+            Reading::Along => format!("the same force comes at {} less", specimen.say_x(-size)),
+            Reading::Less => format!("the force is {:.1} % more", -100.0 * size),
+            Reading::Down => format!("the force is {} more throughout", specimen.say_y(size)),
+        };
+        let shown = format!("{way} {more}: such a loop gives energy, which no specimen does");
+        let down = reading == Reading::Down || found.or.iter().any(|(r, _)| *r == Reading::Down);
+        let drifts = down.then_some(Name::ZeroMoved);
+        return fault([Name::Play, Name::Lag].into_iter().chain(drifts).collect(), shown);
+    }
+    let settled = specimen.branches.iter().filter(|b| b.loading).count() > 1;
+    // Behind the first cycle nothing softens or takes a set any more: cycles that changed are named by themselves.
+    let names = |reading: Reading| -> Vec<Name> {
+        match (reading, settled) {
+            (Reading::Less, true) => vec![Name::Memory],
+            (Reading::Less, false) => vec![Name::Memory, Name::Softening],
+            (Reading::Along, true) => vec![Name::Memory, Name::Friction],
+            (Reading::Along, false) => vec![Name::Memory, Name::Softening, Name::Friction, Name::Lengthened],
+            (Reading::Down, _) => vec![Name::Friction],
+        }
+    };
     let shown = match reading {
-        Reading::Less if size < 0.0 => return None,
-        Reading::Less => {
-            format!("on the way back of cycle {} the force is {:.1} % less", back.cycle, 100.0 * size)
-        }
-        Reading::Along => {
-            format!(
-                "on the way back of cycle {} the same force comes at {} more",
-                back.cycle,
-                specimen.say_x(size)
-            )
-        }
-        Reading::Down => {
-            format!(
-                "on the way back of cycle {} the force is off by {} throughout",
-                back.cycle,
-                specimen.say_y(size)
-            )
-        }
+        Reading::Less => format!("{way} the force is {:.1} % less", 100.0 * size),
+        Reading::Along => format!("{way} the same force comes at {} more", specimen.say_x(size)),
+        Reading::Down => format!("{way} the force is off by {} throughout", specimen.say_y(size)),
     };
     let mut all: Vec<Name> = names(reading);
     // A shift or a constant on the way back is how a short loop of any rubber looks, too.
-    let others = found.or.into_iter().chain((reading != Reading::Less).then_some(Reading::Less));
+    let others = found.or.iter().map(|(r, _)| *r).chain((reading != Reading::Less).then_some(Reading::Less));
     for name in others.flat_map(names) {
         if !all.contains(&name) {
             all.push(name);
         }
     }
-    let name = all.remove(0);
-    let lines = [specimen.lines[back.from], specimen.lines[back.to]];
-    Some(Fault { name, or: all, lines, shown, held_out: Some(found.held_out) })
+    fault(all, shown)
 }

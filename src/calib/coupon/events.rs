@@ -2,15 +2,20 @@
 //! sticks.
 
 use super::fault::{Fault, Name};
-use super::held_out::{line, rms, step, trend};
+use super::held_out::{rms, step, trend};
 use super::hold::{MATTERS, SIGMAS, Seen};
-use super::marks::{flat, jumps, mean, noise, spikes};
+use super::marks::{jumps, mean, spikes};
+use super::plateau::plateau;
+use super::steps::steps;
+use crate::calib::noise::noise;
 use crate::calib::relaxation::Phase;
 
 /// Share of the peak by which a jump must change the force.
 const JUMP: f64 = 0.01;
-/// Equal samples that no noisy sensor shows.
-const EQUAL: usize = 6;
+/// Steps of the sensor below which nothing is a jump or a spike.
+const STEPS: f64 = 2.5;
+/// Samples of a hold that show a sensor's end where the deformation stops.
+const STAYS: usize = 3;
 /// Share of the deformation that may move in a hold.
 const MOVED: f64 = 0.005;
 /// Parts of a hold that are compared.
@@ -19,75 +24,124 @@ const PARTS: usize = 20;
 const STICKS: usize = 3;
 
 impl Seen<'_> {
-    /// The first jump of the ramp and of the hold, each with its size.
+    /// The least change of a force that is a jump or a spike: the sensor's own steps are none.
+    fn least(&self) -> f64 {
+        (JUMP * self.peak).max(STEPS * self.step)
+    }
+
+    /// The first jump of the ramp, and the steps of the hold, each with its size.
     pub(super) fn jumps(&self) -> Vec<(Fault, f64)> {
+        let mut found: Vec<(Fault, f64)> = self.jump_of_the_ramp().into_iter().collect();
+        found.extend(self.steps_of_the_hold());
+        found
+    }
+
+    fn jump_of_the_ramp(&self) -> Option<(Fault, f64)> {
         let r = self.recording;
         let whole = r.deformation.iter().copied().fold(0.0, f64::max);
-        let mut found = Vec::new();
-        for rows in [r.rows(Phase::Ramp), r.rows(Phase::Hold)] {
-            let f = self.forces(&rows);
-            let times: Vec<f64> = rows.iter().map(|row| r.time_s[*row]).collect();
-            let sigma = noise(&f).max(self.sigma);
-            for (at, excess) in jumps(&f, sigma, JUMP * self.peak) {
-                // A file that pauses, or a crosshead that steps back, changes the force by itself.
-                let gap = times[at] - times[at - 1] > 3.0 * (times[at - 1] - times[at - 2]);
-                let way = r.deformation[rows[at]] - r.deformation[rows[at - 1]];
-                if gap || way < -1e-3 * whole {
-                    continue;
-                }
-                let how = if excess < 0.0 { "drops" } else { "jumps up" };
-                let shown = format!(
-                    "at {:.2} s the force {how} by {} between two samples",
-                    times[at],
-                    self.say(excess.abs())
-                );
-                let held_out = step(&times, &f, at, self.peak);
-                let fault =
-                    held_out.and_then(|h| self.fault(Name::Slipped, [rows[at - 1], rows[at]], shown, h));
-                if let Some(fault) = fault {
-                    found.push((fault, f[at] - f[at - 1]));
-                    break;
-                }
+        let rows = r.rows(Phase::Ramp);
+        let f = self.forces(&rows);
+        let times: Vec<f64> = rows.iter().map(|row| r.time_s[*row]).collect();
+        let sigma = noise(&f).max(self.sigma);
+        jumps(&f, sigma, self.least()).into_iter().find_map(|(at, excess)| {
+            // A file that pauses, or a crosshead that steps back, changes the force by itself.
+            let gap = times[at] - times[at - 1] > 3.0 * (times[at - 1] - times[at - 2]);
+            let way = r.deformation[rows[at]] - r.deformation[rows[at - 1]];
+            if gap || way < -1e-3 * whole {
+                return None;
             }
+            let how = if excess < 0.0 { "drops" } else { "jumps up" };
+            let shown = format!(
+                "at {:.2} s the force {how} by {} between two samples",
+                times[at],
+                self.say(excess.abs())
+            );
+            let held_out = step(&times, &f, at, self.peak)?;
+            let fault = self.fault(Name::Slipped, [rows[at - 1], rows[at]], shown, held_out)?;
+            Some((fault, f[at] - f[at - 1]))
+        })
+    }
+
+    fn steps_of_the_hold(&self) -> Vec<(Fault, f64)> {
+        let r = self.recording;
+        let rows = r.rows(Phase::Hold);
+        // Where an encoder is noisy the ramp's last rows count as held: the hold's forces begin behind the greatest.
+        let early = &rows[..rows.len() / 4];
+        let top = early.iter().position(|row| early.iter().all(|other| r.force[*other] <= r.force[*row]));
+        let rows = &rows[top.map_or(0, |top| top + 1)..];
+        let begin = r.rows(Phase::Ramp).first().map_or(r.time_s[rows[0]], |row| r.time_s[*row]);
+        let times: Vec<f64> = rows.iter().map(|row| r.time_s[*row]).collect();
+        let shortest = times.get(1).map_or(1.0, |t| t - times[0]);
+        // Forces that relax are nearly straight in the logarithm of time.
+        let at: Vec<f64> = times.iter().map(|t| (t - begin).max(shortest).ln()).collect();
+        let mut f = self.forces(rows);
+        for spike in spikes(&times, &f, noise(&f).max(self.sigma), self.least()) {
+            f[spike] = 0.5 * (f[spike - 1] + f[spike + 1]);
         }
+        let found = steps(&times, &at, &f, noise(&f).max(self.sigma), self.least());
         found
+            .into_iter()
+            .filter_map(|s| {
+                let how = if s.size < 0.0 { "drops" } else { "jumps up" };
+                let [from, to] = s.ends;
+                let within = if to - from == 1 {
+                    "between two samples".to_owned()
+                } else {
+                    format!("within {:.2} s", times[to] - times[from])
+                };
+                let shown =
+                    format!("at {:.2} s the force {how} by {} {within}", times[to], self.say(s.size.abs()));
+                let held_out = s.missed.map(|m| m / self.peak);
+                Some((self.fault(Name::Slipped, [rows[from], rows[to]], shown, held_out)?, s.size))
+            })
+            .collect()
     }
 
     /// Samples that their neighbours do not know. Held out: the next sample, predicted with them and without.
     pub(super) fn spikes(&self) -> Option<Fault> {
         let r = self.recording;
-        let (mut all, mut with, mut without) = (Vec::new(), Vec::new(), Vec::new());
-        for rows in [r.rows(Phase::Ramp), r.rows(Phase::Hold)] {
-            let f = self.forces(&rows);
-            for at in spikes(&f, noise(&f).max(self.sigma), JUMP * self.peak) {
-                all.push(rows[at]);
-                with.push(f[at + 1] - 0.5 * (f[at] + f[at + 2]));
-                without.push(f[at + 1] - (f[at - 1] + 2.0 * f[at + 2]) / 3.0);
-            }
-        }
-        let (first, last) = (*all.first()?, *all.last()?);
-        let shown = format!("{} samples stand alone, far off their neighbours", all.len());
+        let mut rows = r.rows(Phase::Ramp);
+        let sigma = noise(&self.forces(&rows)).max(self.sigma);
+        rows.extend(r.rows(Phase::Hold));
+        let f = self.forces(&rows);
+        let times: Vec<f64> = rows.iter().map(|row| r.time_s[*row]).collect();
+        let all = spikes(&times, &f, sigma, self.least());
+        let with: Vec<f64> = all.iter().map(|at| f[at + 1] - 0.5 * (f[*at] + f[at + 2])).collect();
+        let without: Vec<f64> =
+            all.iter().map(|at| f[at + 1] - (f[at - 1] + 2.0 * f[at + 2]) / 3.0).collect();
+        let (first, last) = (rows[*all.first()?], rows[*all.last()?]);
+        let shown = match all.len() {
+            1 => format!("at {:.2} s one sample stands alone, far off its neighbours", r.time_s[first]),
+            n => format!("{n} samples stand alone, far off their neighbours"),
+        };
         self.fault(Name::Spikes, [first, last], shown, [rms(&with) / self.peak, rms(&without) / self.peak])
     }
 
-    /// Equal samples near the peak while the ramp goes on. Held out: their second half.
+    /// A force that stays while the ramp goes on. Held out: the second half of it. Where neither equal samples nor a force that stays on in the
+    /// hold show the sensor, the specimen itself may have given way.
     pub(super) fn saturated(&self) -> Option<Fault> {
         let r = self.recording;
         let ramp = r.rows(Phase::Ramp);
+        let way: Vec<f64> = ramp.iter().map(|row| r.deformation[*row]).collect();
         let f = self.forces(&ramp);
-        let (at, count) = flat(&f);
-        let high = f.get(at).is_some_and(|v| *v - r.zero() > 0.5 * self.peak);
-        let goes_on = || r.deformation[ramp[at + count - 1]] > r.deformation[ramp[at]];
-        if count < EQUAL || !high || at < EQUAL || !goes_on() {
-            return None;
-        }
-        let way = |k: usize| r.deformation[ramp[k]];
-        let before: Vec<f64> = (at - EQUAL..at).map(way).collect();
-        let (slope, place, height) = line(&before, &f[at - EQUAL..at]);
-        let left: Vec<f64> =
-            (at + count / 2..at + count).map(|k| f[k] - height - slope * (way(k) - place)).collect();
-        let shown = format!("{count} samples of the ramp show the same {}", self.say(f[at]));
-        self.fault(Name::Saturated, [ramp[at], ramp[at + count - 1]], shown, [rms(&left) / self.peak, 0.0])
+        let sigma = noise(&f);
+        // A spike is no greatest value.
+        let all: Vec<usize> = (0..r.force.len()).collect();
+        let alone = spikes(&r.time_s, &self.forces(&all), sigma.max(self.sigma), self.least());
+        let known = all.iter().filter(|row| alone.binary_search(row).is_err());
+        let greatest = known.map(|row| r.force[*row]).fold(f64::NEG_INFINITY, f64::max);
+        let last = *f.last()?;
+        let hold = r.rows(Phase::Hold);
+        let behind = hold.iter().take_while(|row| r.force[**row] == last).count();
+        let found = plateau(&way, &f, greatest, behind)?;
+        let on = |row: &usize| (r.force[*row] - found.level).abs() <= 4.0 * sigma;
+        let stopped = hold.iter().skip(STAYS).take_while(|row| on(row)).count();
+        let or = if found.exact || stopped >= STAYS { Vec::new() } else { vec![Name::Flattening] };
+        let shown =
+            format!("{} samples of the ramp show the same {}", f.len() - found.from, self.say(found.level));
+        let rows = [ramp[found.from], ramp[ramp.len() - 1]];
+        let fault = self.fault(Name::Saturated, rows, shown, found.missed.map(|m| m / self.peak))?;
+        Some(Fault { or, ..fault })
     }
 
     /// A force that rises while it is held, which no relaxing model does.

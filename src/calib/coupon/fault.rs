@@ -23,6 +23,10 @@ pub enum Name {
     LoadedBefore,
     /// The same force against the way, whichever way that is.
     Friction,
+    /// The drive loses way where it turns.
+    Play,
+    /// The force is written down later than the deformation.
+    Lag,
     /// Grips, shoulders and machine give way.
     Compliance,
     /// The gauge length is another one than the file says.
@@ -59,6 +63,8 @@ impl Name {
             Self::ZeroMoved => "sensor zero moved during the test",
             Self::LoadedBefore => "loaded before the test began",
             Self::Friction => "friction of the machine",
+            Self::Play => "play in the drive",
+            Self::Lag => "force recorded later than the way",
             Self::Compliance => "machine compliance",
             Self::GaugeLength => "gauge length other than stated",
             Self::WrongUnit => "wrong unit",

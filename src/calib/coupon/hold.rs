@@ -5,8 +5,9 @@
 
 use super::curve::{Base, Curve, Part, read};
 use super::fault::{Fault, Name};
-use super::held_out::{helps, level, rms};
-use super::marks::{mean, middle, noise};
+use super::held_out::{helps, level, line, rms};
+use super::marks::mean;
+use crate::calib::noise::{middle, noise, quantum};
 use crate::calib::relaxation::{Choice, Phase, Recording};
 
 /// Standard deviations from which a mean or a sample is not noise.
@@ -21,6 +22,9 @@ const SLACK: f64 = 0.03;
 const STEEPER: f64 = 1.2;
 /// How much the rate of a steady ramp may change.
 const STEADY: f64 = 0.2;
+/// Rows of a ramp that tell where it begins, and share of the peak below which that is no load.
+const BEGIN_ROWS: usize = 10;
+const BEGUN: f64 = 0.01;
 /// Rows that tell a level.
 const LEVEL_ROWS: usize = 5;
 /// Rows of the way back that tell the level of the free plate.
@@ -59,10 +63,17 @@ pub fn diagnose(recording: &Recording, choice: &Choice, unseen: &[(usize, f64)])
     if !faults.iter().any(|f| f.name == Name::Stiffening) {
         faults.extend(see.stiffening(choice));
     }
-    let abrupt = faults
-        .iter()
-        .any(|f| matches!(f.name, Name::Slipped | Name::Rise | Name::Saturated | Name::Unexplained));
-    faults.extend(if abrupt { None } else { see.unexplained(unseen) });
+    // What is named of the ramp and of the hold's steps explains that a model misses them.
+    let explains = |f: &Fault| {
+        use Name::{Lag, LoadedBefore, Rise, Saturated, Slack, Slipped, Unexplained};
+        [Slipped, Rise, Saturated, Unexplained, Slack, LoadedBefore, Lag].contains(&f.name)
+    };
+    let explained = faults.iter().any(explains);
+    faults.extend(if explained { None } else { see.unexplained("unseen data is", unseen) });
+    let shapes = |f: &Fault| explains(f) || matches!(f.name, Name::Stiffening | Name::NotHeld | Name::Spikes);
+    if !faults.iter().any(shapes) {
+        faults.extend(see.missed(choice));
+    }
     faults
 }
 
@@ -71,6 +82,8 @@ pub(super) struct Seen<'a> {
     pub(super) peak: f64,
     /// Noise of the hold's second half.
     pub(super) sigma: f64,
+    /// Step in which the sensor counts; zero where it shows none.
+    pub(super) step: f64,
 }
 
 impl<'a> Seen<'a> {
@@ -78,7 +91,7 @@ impl<'a> Seen<'a> {
         let peak = recording.peak() - recording.zero();
         let hold = recording.rows(Phase::Hold);
         let forces: Vec<f64> = hold[hold.len() / 2..].iter().map(|r| recording.force[*r]).collect();
-        Self { recording, peak, sigma: noise(&forces) }
+        Self { recording, peak, sigma: noise(&forces), step: quantum(&recording.force) }
     }
 
     pub(super) fn forces(&self, rows: &[usize]) -> Vec<f64> {
@@ -142,6 +155,9 @@ impl<'a> Seen<'a> {
                 found.extend(fault.map(|f| Fault { or: pressed, ..f }));
             }
             (_, Some((rows, free))) => {
+                if rest.is_none() {
+                    found.extend(self.began_loaded(*free));
+                }
                 let before = rest.as_ref().map(|(_, before)| *before);
                 let moved = before.is_some_and(|b| self.differs(rows, free - b));
                 let began = before.unwrap_or(0.0);
@@ -165,6 +181,40 @@ impl<'a> Seen<'a> {
             _ => {}
         }
         found
+    }
+
+    /// A file that begins with the ramp, at a force that is not that of the free plate: the line through its first rows says which. Held out: every
+    /// other of them, by the free plate's force going on from there and by the line.
+    fn began_loaded(&self, free: f64) -> Option<Fault> {
+        let r = self.recording;
+        // The first row has not moved yet, wherever the file begins.
+        let moves: Vec<usize> = [Phase::Rest, Phase::Ramp].into_iter().flat_map(|p| r.rows(p)).collect();
+        let rows = &moves[..moves.len().min(BEGIN_ROWS)];
+        let way: Vec<f64> = rows.iter().map(|row| r.deformation[*row]).collect();
+        let f = self.forces(rows);
+        let (slope, place, height) = line(&way, &f);
+        // A course that begins steeply reaches less than its line says.
+        let began = (height + slope * (way.first()? - place)).min(*f.first()?);
+        let own = noise(&f).max(self.sigma);
+        let limit = (SIGMAS * own).max(BEGUN * self.peak).max(self.step);
+        if rows.len() < BEGIN_ROWS || began - free < limit {
+            return None;
+        }
+        let left = |base: f64| {
+            let off = (1..rows.len()).step_by(2).map(|k| f[k] - base - slope * (way[k] - way[0]));
+            rms(&off.collect::<Vec<_>>()) / self.peak
+        };
+        let shown = format!(
+            "where the file begins the force is {} above that of the free plate behind the test: its first part is missing",
+            self.say(began - free)
+        );
+        let fault = self.fault(
+            Name::LoadedBefore,
+            [rows[0], rows[rows.len() - 1]],
+            shown,
+            [left(free), left(began)],
+        )?;
+        Some(Fault { or: vec![Name::ZeroMoved], ..fault })
     }
 
     /// A ramp that begins late, or grows steeper. Memory bends a steady ramp the other way: each term that relaxes takes more the longer it
@@ -195,7 +245,27 @@ impl<'a> Seen<'a> {
         if let Some(slack) = slack.filter(|_| all(Part::Slack)) {
             let last = ramp.iter().copied().rfind(|row| r.deformation[*row] <= slack).unwrap_or(ramp[0]);
             let shown = format!("no force over the first {:.1} % of the way", 100.0 * slack / whole);
-            found.extend(self.fault(Name::Slack, [ramp[0], last], shown, held_out(&[Part::Slack])));
+            let turn = self.turn().filter(|turn| turn.is_like(slack / self.rate()));
+            let (name, or, shown) = match turn {
+                None => (Name::Slack, Vec::new(), shown),
+                Some(turn) => {
+                    let late = format!("{shown}, and {:.2} s late where the crosshead turns", turn.late_s);
+                    (Name::Lag, vec![Name::Play], late)
+                }
+            };
+            let fault = self.fault(name, [ramp[0], last], shown, held_out(&[Part::Slack]));
+            found.extend(fault.map(|f| Fault { or, ..f }));
+        }
+        if !found.iter().any(|f| f.name == Name::Lag)
+            && let Some(turn) = self.turn()
+        {
+            let shown = format!("where the crosshead turns, the force stays for {:.2} s", turn.late_s);
+            let way = format!("{shown}, over {:.3} mm", 1e3 * turn.way);
+            let shown = if r.deformation_unit == "m" { way } else { shown };
+            // So short a delay does not show where the ramp begins: the force may be late there, too.
+            let or = if turn.way > SLACK * whole { Vec::new() } else { vec![Name::Lag] };
+            let fault = self.fault(Name::Play, turn.rows, shown, turn.held_out);
+            found.extend(fault.map(|f| Fault { or, ..f }));
         }
         if let Some(steeper) = steeper.filter(|_| all(Part::Bend) || (slack.is_some() && !all(Part::Slack))) {
             let or = if all(Part::Bend) { Vec::new() } else { vec![Name::Slack] };
@@ -264,19 +334,36 @@ impl<'a> Seen<'a> {
         self.fault(Name::Stiffening, [first, last], shown, held_out)
     }
 
-    fn unexplained(&self, unseen: &[(usize, f64)]) -> Option<Fault> {
-        let (first, last) = (unseen.first()?, unseen.last()?);
-        let part = (unseen.len() / 20).max(1);
+    /// Rows that the fit saw, and misses nevertheless.
+    fn missed(&self, choice: &Choice) -> Option<Fault> {
+        let r = self.recording;
+        let modelled = choice.law.force(r);
+        let left = |phase: Phase| -> Vec<(usize, f64)> {
+            r.rows(phase).into_iter().map(|row| (row, r.force[row] - modelled[row])).collect()
+        };
+        [Phase::Ramp, Phase::Hold]
+            .into_iter()
+            .find_map(|phase| self.unexplained("rows that were fitted are", &left(phase)))
+    }
+
+    /// Parts of rows with what a model misses of them, whose mean is too far off.
+    fn unexplained(&self, what: &str, rows: &[(usize, f64)]) -> Option<Fault> {
+        let part = (rows.len() / 20).max(1);
         let sd = |row: usize| self.recording.force_sd.as_ref().map_or(0.0, |sd| sd[row]);
         let beyond = |chunk: &[(usize, f64)]| {
             let off = mean(&chunk.iter().map(|u| u.1).collect::<Vec<_>>()).abs();
             let stated = 2.0 * mean(&chunk.iter().map(|u| sd(u.0)).collect::<Vec<_>>());
-            (off > (MISSED * self.peak).max(SIGMAS * self.sigma).max(stated)).then_some(off)
+            let limit = (MISSED * self.peak).max(SIGMAS * self.sigma).max(stated);
+            (off > limit).then_some((off, [chunk[0].0, chunk[chunk.len() - 1].0]))
         };
-        let worst = unseen.chunks(part).filter_map(beyond).fold(0.0, f64::max);
-        let lines = [self.recording.lines[first.0], self.recording.lines[last.0]];
-        let shown =
-            format!("unseen data is missed by up to {}, and nothing here explains it", self.say(worst));
-        (worst > 0.0).then(|| Fault { name: Name::Unexplained, or: Vec::new(), lines, shown, held_out: None })
+        let off: Vec<(f64, [usize; 2])> = rows.chunks(part).filter_map(beyond).collect();
+        let (worst, at) = *off.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let lines = [off[0].1[0], off[off.len() - 1].1[1]].map(|row| self.recording.lines[row]);
+        let shown = format!(
+            "{what} missed by up to {} (about line {}), and nothing here explains it",
+            self.say(worst),
+            self.recording.lines[at[0]]
+        );
+        Some(Fault { name: Name::Unexplained, or: Vec::new(), lines, shown, held_out: None })
     }
 }

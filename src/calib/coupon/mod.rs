@@ -18,7 +18,10 @@ mod held_out;
 mod hold;
 mod machine;
 mod marks;
+mod plateau;
 mod specimen;
+mod steps;
+mod turning;
 
 pub use fault::{Fault, Name};
 pub use hold::diagnose;

@@ -4,9 +4,11 @@ use super::curve::{Base, Curve, LEAST_ROWS, Part, Readings, Scored, Shape, read}
 use super::cycles;
 use super::fault::{Fault, Name};
 use super::held_out::{helps, level};
-use super::marks::{mean, noise};
+use super::marks::mean;
+use super::plateau::plateau;
 use crate::calib::bands::{Branch, Stretching};
 use crate::calib::dumbbell::Pull;
+use crate::calib::noise::noise;
 
 /// Share of the greatest force below which a way that is missed is met well enough.
 const WELL: f64 = 0.003;
@@ -106,11 +108,20 @@ impl Specimen {
         let Some(first) = self.branches.iter().find(|b| b.loading) else { return Vec::new() };
         let points = self.points(first);
         let mut faults = Vec::new();
+        let saturated = self.saturated(first, &points);
         if let Some(readings) = read(self.base(), &points) {
             faults.extend(self.way_out(first, &points, &readings));
         }
+        if let Some(fault) = saturated {
+            // The end of the way out shows the sensor, and nothing of shapes.
+            faults.retain(|f| f.name == Name::SensorZero);
+            faults.push(fault);
+            return faults;
+        }
         faults.extend(cycles::from_cycle_to_cycle(self));
-        faults.extend(cycles::way_back(self));
+        // A zero that moves from cycle to cycle moves on the way back, too.
+        let moves = faults.iter().any(|f| f.name == Name::ZeroMoved);
+        faults.extend(cycles::way_back(self).filter(|f| !(moves && f.or.contains(&Name::ZeroMoved))));
         faults
     }
 
@@ -161,6 +172,25 @@ impl Specimen {
             });
         }
         faults
+    }
+
+    /// A force that stays while the way goes on. Where samples are not equal, the specimen itself may have given way.
+    fn saturated(&self, branch: &Branch, points: &[(f64, f64)]) -> Option<Fault> {
+        let (way, force): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+        let greatest = self.y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let found = plateau(&way, &force, greatest, 0)?;
+        let held_out = found.missed.map(|m| m / self.peak());
+        helps(held_out).then(|| Fault {
+            name: Name::Saturated,
+            or: if found.exact { Vec::new() } else { vec![Name::Flattening] },
+            lines: self.lines_of(branch, way[found.from], way[way.len() - 1]),
+            shown: format!(
+                "the last {} samples of the way out show the same {}",
+                way.len() - found.from,
+                self.say_y(found.level)
+            ),
+            held_out: Some(held_out),
+        })
     }
 
     /// What the sensor shows while a band is slack.

@@ -74,6 +74,58 @@ pub struct Modulus {
     pub remarks: Vec<String>,
 }
 
+/// Relative standard deviation from specimen to specimen that no batch has: silicones and gels of one batch scatter by a few per cent.
+const MIXED: f64 = 0.25;
+/// How far one specimen may be off the median of the others, and by how many of their standard deviations.
+const APART: f64 = 0.15;
+const APART_SIGMAS: f64 = 5.0;
+
+impl Modulus {
+    /// Why these are not specimens of one material; none where they may be.
+    pub fn is_mixed(&self) -> Option<String> {
+        let moduli: Vec<f64> = self.specimens.iter().map(|s| s.modulus_pa).collect();
+        let scatter = sd(&moduli) / self.modulus_pa;
+        let kpa = |of: fn(f64, f64) -> f64| 1e-3 * moduli.iter().copied().reduce(of).unwrap_or(f64::NAN);
+        (moduli.len() > 1 && scatter > MIXED).then(|| {
+            format!(
+                "not one material: moduli from {:.1} to {:.1} kPa scatter by {:.0} %, no batch by more than {:.0} %",
+                kpa(f64::min),
+                kpa(f64::max),
+                100.0 * scatter,
+                100.0 * MIXED
+            )
+        })
+    }
+
+    /// Specimens that lie apart from all others, as sentences: of at least four, so that three tell their scatter.
+    pub fn apart(&self) -> Vec<String> {
+        let say = |of: usize| {
+            let others =
+                self.specimens.iter().enumerate().filter(|(i, _)| *i != of).map(|(_, s)| s.modulus_pa);
+            let others: Vec<f64> = others.collect();
+            let middle = median(&others);
+            let off = self.specimens[of].modulus_pa / middle - 1.0;
+            let far = off.abs() > APART && off.abs() * middle > APART_SIGMAS * sd(&others);
+            (others.len() > 2 && far).then(|| {
+                format!(
+                    "{}: its modulus is {:+.0} % off the median of the others: another batch, or a size or a force that is wrong",
+                    self.specimens[of].label,
+                    100.0 * off
+                )
+            })
+        };
+        (0..self.specimens.len()).filter_map(say).collect()
+    }
+}
+
+/// Standard deviation of values about their mean; zero of fewer than two.
+fn sd(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    if values.len() < 2 { 0.0 } else { (squares / (n - 1.0)).sqrt() }
+}
+
 /// Estimates.
 ///
 /// # Errors

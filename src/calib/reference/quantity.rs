@@ -10,7 +10,7 @@ pub enum ReferenceQuantity {
     YoungModulus,
     /// Stiffness of a band, or of all bands together (N/m).
     Stiffness,
-    /// Share of the modulus that relaxes with one time constant (1).
+    /// Share of the force that relaxes between two times after a step, the validity's: 1 − G(t₂)/G(t₁); without times all that relaxes (1).
     RelaxedFraction,
     /// Time constant of such a share (s).
     TimeConstant,

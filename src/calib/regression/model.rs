@@ -20,11 +20,13 @@ pub struct Options {
     pub bounds: Vec<[f64; 2]>,
     /// First radius of the trusted region over the scaled length of the start.
     pub radius: f64,
+    /// Relative offset that is a minimum: how far the parameters may be from it, in their standard deviations (see `offset`).
+    pub offset: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { steps: 5_000, bounds: Vec::new(), radius: 1.0 }
+        Self { steps: 5_000, bounds: Vec::new(), radius: 1.0, offset: 1e-8 }
     }
 }
 

@@ -85,7 +85,13 @@ impl<'a, M: Model> Search<'a, M> {
                 break Termination::Minimum;
             }
             let triangle = Triangle::new(&columns, &self.residuals, &free_scale);
-            if is_minimum(triangle.reached(), self.squares, self.residuals.len(), free.len()) {
+            if is_minimum(
+                triangle.reached(),
+                self.squares,
+                self.residuals.len(),
+                free.len(),
+                self.options.offset,
+            ) {
                 break Termination::Minimum;
             }
             let length = scale.component_mul(&self.at).norm();
@@ -160,7 +166,8 @@ impl<'a, M: Model> Search<'a, M> {
             (self.at, self.residuals, self.squares) = (next, residuals, squares);
             (free, triangle) = (next_free, next_triangle);
         }
-        if is_minimum(triangle.reached(), self.squares, self.residuals.len(), free.len()) {
+        if is_minimum(triangle.reached(), self.squares, self.residuals.len(), free.len(), self.options.offset)
+        {
             return Termination::Minimum;
         }
         let at = self.at.select_rows(&free);
@@ -172,11 +179,14 @@ impl<'a, M: Model> Search<'a, M> {
         }
     }
 
-    /// Parameters that are not held: not at a bound that lower Σ r² would push them through.
+    /// Parameters that are not held: at a bound that lower Σ r² would push them through, or without any say at this place.
     fn free(&self, at: &DVector<f64>, residuals: &DVector<f64>, jacobian: &DMatrix<f64>) -> Vec<usize> {
         let gradient = jacobian.tr_mul(residuals);
         (0..at.len())
             .filter(|&j| {
+                if jacobian.column(j).iter().all(|v| *v == 0.0) {
+                    return false;
+                }
                 let Some([low, high]) = self.options.bounds.get(j) else { return true };
                 !(at[j] <= *low && gradient[j] >= 0.0 || at[j] >= *high && gradient[j] <= 0.0)
             })
@@ -199,12 +209,17 @@ impl<'a, M: Model> Search<'a, M> {
         let at_bound: Vec<bool> = (0..p)
             .map(|j| self.options.bounds.get(j).is_some_and(|b| self.at[j] <= b[0] || self.at[j] >= b[1]))
             .collect();
-        let free: Vec<usize> = (0..p).filter(|j| !at_bound[*j]).collect();
+        let mut free: Vec<usize> = (0..p).filter(|j| !at_bound[*j]).collect();
         let variance = if n > free.len() { self.squares / (n - free.len()) as f64 } else { 0.0 };
         let mut covariance = DMatrix::zeros(p, p);
         if let Some(jacobian) =
             self.model.jacobian(self.at.as_slice()).filter(|j| j.iter().all(|v| v.is_finite()))
         {
+            // What has no say at this place is open; it leaves the others as they are.
+            let (said, open) = free.iter().partition(|j| jacobian.column(**j).iter().any(|v| *v != 0.0));
+            free = said;
+            let open: Vec<usize> = open;
+            open.iter().for_each(|j| covariance[(*j, *j)] = f64::NAN);
             let columns = jacobian.select_columns(&free);
             let lengths = DVector::from_iterator(
                 free.len(),

@@ -1,14 +1,14 @@
 //! Which model, with how many terms? The one that best predicts what its fit did not see.
 //!
-//! One recording: models are fitted to the ramp and the first part of the hold, compared on the next part, refitted to both, and the winner's error is
-//! taken on the last part, which neither saw. Several recordings: each is predicted from the others; the score is the mean over them. A model with
-//! more parameters must be better by a tenth, or the simpler one stays (one-standard-error rule in spirit: Hastie, Tibshirani and
+//! One recording: models are fitted to the ramp and the first part of the hold, compared on the next part and on rows between, refitted to both, and the winner's
+//! error is taken on the last part, which neither saw. Several recordings: each is predicted from the others; the score is the mean over them. At last the
+//! winner, and what predicts about as well, is fitted to everything. A model with more parameters must be better by a tenth, or the simpler one stays (one-standard-error rule in spirit: Hastie, Tibshirani and
 //! Friedman 2009, The Elements of Statistical Learning, 7.10).
 
 use super::RelaxationError;
 use super::law::{Kind, Law};
 use super::recording::{Phase, Recording};
-use super::search::{deviation, rows_until, search};
+use super::search::{deviations, rows_until, search};
 
 /// What may be set.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +29,8 @@ impl Default for Settings {
 
 /// How much better a model with more parameters must predict.
 const BETTER: f64 = 0.9;
+/// A model that misses so much more than the best is out.
+const WORSE: f64 = 1.25;
 
 /// A model that was tried.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +38,7 @@ pub struct Tried {
     /// Which.
     pub kind: Kind,
     /// Root mean square of what it missed in data that it had not seen, over their deviations (one hundredth of the peak where none are
-    /// stated); none where it had no value.
+    /// stated), of one recording the mean over its parts; none where it had no value.
     pub score: Option<f64>,
 }
 
@@ -46,8 +48,10 @@ pub type Unseen = Vec<(usize, f64)>;
 /// The model that was chosen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
-    /// With the parameters of the last fit.
+    /// Fitted to everything.
     pub law: Law,
+    /// Those that predict about as well, fitted to everything.
+    pub others: Vec<Law>,
     /// All that were tried.
     pub tried: Vec<Tried>,
     /// For each recording, what it misses in rows that its fit did not see.
@@ -66,7 +70,8 @@ impl Choice {
     /// Share of unseen rows within two stated deviations, by recording.
     pub fn within_two_sd(&self, recordings: &[Recording]) -> Vec<f64> {
         let share = |(r, rows): (&Recording, &Unseen)| {
-            let within = rows.iter().filter(|(row, left)| left.abs() <= 2.0 * deviation(r, *row)).count();
+            let sd = deviations(r);
+            let within = rows.iter().filter(|(row, left)| left.abs() <= 2.0 * sd[*row]).count();
             within as f64 / rows.len().max(1) as f64
         };
         recordings.iter().zip(&self.unseen).map(share).collect()
@@ -99,12 +104,19 @@ pub fn choose(recordings: &[Recording], settings: &Settings) -> Result<Choice, R
     let Some((at, _, across)) = best else { return Err(none) };
     let seen_to = if recordings.len() == 1 { settings.fitted_to } else { 1.0 };
     let seen: Vec<_> = recordings.iter().map(|r| (r, rows_until(r, seen_to))).collect();
-    let Some(law) = search(kinds[at], &seen) else { return Err(none) };
     let unseen = match recordings {
-        [one] => vec![left_of(&law, one, seen_to, 1.0)],
+        [one] => match search(kinds[at], &seen) {
+            Some(law) => vec![left_of(&law, one, seen_to, 1.0)],
+            None => return Err(none),
+        },
         _ => across,
     };
-    Ok(Choice { law, tried, unseen })
+    let all: Vec<_> = recordings.iter().map(|r| (r, rows_until(r, 1.0))).collect();
+    let least = tried.iter().filter_map(|t| t.score).fold(f64::INFINITY, f64::min);
+    let close = |t: &&Tried| t.kind != kinds[at] && t.score.is_some_and(|s| s <= WORSE * least);
+    let others = tried.iter().filter(close).filter_map(|t| search(t.kind, &all)).collect();
+    let Some(law) = search(kinds[at], &all) else { return Err(none) };
+    Ok(Choice { law, others, tried, unseen })
 }
 
 /// From few parameters to many.
@@ -128,10 +140,25 @@ fn left_of(law: &Law, recording: &Recording, from: f64, to: f64) -> Unseen {
     hold.into_iter().filter(inside).map(|r| (r, recording.force[r] - modelled[r])).collect()
 }
 
+/// Root mean square over what was not seen of the ramp, of the hold so far, and of the hold that follows, each with the same weight: a model
+/// that misses the ramp says wrong what relaxes on it, however well it goes on.
 fn later(kind: Kind, recording: &Recording, settings: &Settings) -> Option<f64> {
-    let law = search(kind, &[(recording, rows_until(recording, settings.compared_to))])?;
-    let left = left_of(&law, recording, settings.compared_to, settings.fitted_to);
-    Some(rms(std::slice::from_ref(recording), &[left]))
+    let rows = rows_until(recording, settings.compared_to);
+    let law = search(kind, &[(recording, rows.clone())])?;
+    let modelled = law.force(recording);
+    let last = rows.last().copied()?;
+    let between = |phase: Phase| -> Unseen {
+        let unseen = |r: &usize| *r < last && rows.binary_search(r).is_err();
+        let all = recording.rows(phase).into_iter().filter(unseen);
+        all.map(|r| (r, recording.force[r] - modelled[r])).collect()
+    };
+    let follows = left_of(&law, recording, settings.compared_to, settings.fitted_to);
+    let parts: Vec<f64> = [between(Phase::Ramp), between(Phase::Hold), follows]
+        .into_iter()
+        .filter(|part| !part.is_empty())
+        .map(|part| rms(std::slice::from_ref(recording), &[part]))
+        .collect();
+    Some((parts.iter().map(|p| p * p).sum::<f64>() / parts.len() as f64).sqrt())
 }
 
 /// Each recording predicted from the others.
@@ -155,7 +182,8 @@ fn across(kind: Kind, recordings: &[Recording]) -> Option<Vec<Unseen>> {
 
 fn rms(recordings: &[Recording], left: &[Unseen]) -> f64 {
     let squares = recordings.iter().zip(left).flat_map(|(recording, rows)| {
-        rows.iter().map(move |(row, left)| (left / deviation(recording, *row)).powi(2))
+        let sd = deviations(recording);
+        rows.iter().map(move |(row, left)| (left / sd[*row]).powi(2))
     });
     let all: Vec<f64> = squares.collect();
     (all.iter().sum::<f64>() / all.len().max(1) as f64).sqrt()

@@ -35,6 +35,17 @@ pub enum RelaxationError {
         /// Change of the force.
         force: f64,
     },
+    /// No hold lasts long enough beside its ramp: what relaxes is over before the force can tell.
+    #[error(
+        "no share that relaxes can be told: {}; a hold must last {longer} times as long as its ramp",
+        each.iter().map(|(label, [ramp, hold])| format!("{label} is ramped in {ramp:.3} s and held for {hold:.3} s")).collect::<Vec<_>>().join(", ")
+    )]
+    NoShare {
+        /// Recording, duration of its ramp and of its hold (s).
+        each: Vec<(String, [f64; 2])>,
+        /// Durations of the ramp that are needed.
+        longer: f64,
+    },
     /// Nothing came to a minimum.
     #[error("none of {tried} models came to a minimum")]
     NoModel {

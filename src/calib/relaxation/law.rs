@@ -1,12 +1,13 @@
 //! The models: an elastic force that remembers.
 //!
 //! F(t) = zero + a∞ φ∞(d) + Σ a_i ∫ exp(−(t − s)/τ_i) dφ(d(s)), φ(d) = (exp(B d/D) − 1)/(exp(B) − 1), D the greatest deformation: 1 there, a straight
-//! line for B = 0 (Fung 1993, Biomechanics, 7.6: quasi-linear viscoelasticity). φ∞ is φ, or has a B of its own. Slack d₀ is taken off d first.
-//! Terms are free, or stand at half decades with a_i ∝ τ_i^{−m}, which is a power law in time.
+//! line for B = 0 (Fung 1993, Biomechanics, 7.6: quasi-linear viscoelasticity). φ∞ is φ, or has a B of its own.
+//! With a step at once to D the force behind it is G(t) = a∞ + Σ a_i exp(−t/τ_i). Terms are free, or stand at half decades with a_i ∝ τ_i^{−m}, which is a power law in time.
 
 use super::convolution::branch;
 use super::recording::Recording;
-use crate::calib::regression::Termination;
+use crate::calib::regression::{Termination, derivatives};
+use nalgebra::DMatrix;
 use num_dual::{Dual64, DualNum};
 
 /// Terms of a power law a decade.
@@ -39,7 +40,7 @@ impl Kind {
         format!("{terms}, {shape}")
     }
 
-    /// Parameters: logarithms of a∞ and amplitudes, of time constants, B, B∞.
+    /// Parameters: a∞ and amplitudes, logarithms of time constants, B, B∞; forces and times over those of [`Scale`].
     pub(super) fn parameters(&self) -> usize {
         let terms = if self.terms == 0 { 3 } else { 1 + 2 * self.terms };
         terms + usize::from(self.stiffens) + usize::from(self.apart)
@@ -55,6 +56,19 @@ pub struct Term {
     pub time_s: f64,
 }
 
+/// What deformations, forces and times are counted in, so that no unit has a say in a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scale {
+    /// Greatest deformation D of what is fitted (m or 1).
+    pub(super) deformation: f64,
+    /// Greatest force, less the zero (N or Pa).
+    pub(super) force: f64,
+    /// Longest recording (s).
+    pub(super) time_s: f64,
+    /// Shortest and longest time constants of a power law, over that time.
+    pub(super) span: [f64; 2],
+}
+
 /// A model with its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Law {
@@ -62,10 +76,9 @@ pub struct Law {
     pub kind: Kind,
     /// See [`Kind::parameters`].
     pub(super) parameters: Vec<f64>,
-    /// Greatest deformation D of what it was fitted to.
-    pub(super) greatest: f64,
-    /// Shortest and longest time constants of a power law (s).
-    pub(super) span_s: [f64; 2],
+    /// Covariance of the parameters, from the scatter of what the fit leaves.
+    pub(super) covariance: DMatrix<f64>,
+    pub(super) scale: Scale,
     /// How its search ended. Without a minimum the parameters are not told apart, though the forces may be well predicted.
     pub termination: Termination,
 }
@@ -73,63 +86,93 @@ pub struct Law {
 impl Law {
     /// Force that never relaxes, at the greatest deformation (N or Pa).
     pub fn lasting(&self) -> f64 {
-        self.parameters[0].exp()
+        self.scale.force * self.parameters[0]
     }
 
     /// The terms, shortest first.
     pub fn terms(&self) -> Vec<Term> {
-        let plain: Vec<Dual64> = self.parameters.iter().map(|p| Dual64::from(*p)).collect();
-        let mut terms: Vec<Term> = spectrum(self.kind, &plain, self.span_s)
+        let mut terms: Vec<Term> = spectrum(self.kind, &plain(&self.parameters), self.scale.span)
             .iter()
-            .map(|(a, t)| Term { amplitude: a.re, time_s: t.re })
+            .map(|(a, t)| Term { amplitude: self.scale.force * a.re, time_s: self.scale.time_s * t.re })
             .collect();
         terms.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
         terms
     }
 
+    /// G(t) = a∞ + Σ a_i exp(−t/τ_i): force at a time (s) after a step to the greatest deformation (N or Pa).
+    pub fn after_step(&self, time_s: f64) -> f64 {
+        self.scale.force * self.relaxation(&plain(&self.parameters), time_s).re
+    }
+
+    fn relaxation(&self, p: &[Dual64], time_s: f64) -> Dual64 {
+        let left = |t: Dual64| (-(t.recip() * (time_s / self.scale.time_s))).exp();
+        spectrum(self.kind, p, self.scale.span).into_iter().fold(p[0], |sum, (a, t)| sum + a * left(t))
+    }
+
+    /// 1 − G(t₂)/G(t₁), the share of the force that relaxes between two times after a step (s), and its standard deviation g C gᵀ, g its
+    /// derivatives by the parameters, C their covariance.
+    pub fn relaxed(&self, between_s: [f64; 2]) -> (f64, f64) {
+        let share = |p: &[Dual64]| {
+            let [early, late] = between_s.map(|t| self.relaxation(p, t));
+            vec![-late / early + 1.0]
+        };
+        let by = derivatives(&self.parameters, share);
+        // What has no say may be open.
+        let counts: Vec<usize> = (0..by.ncols()).filter(|j| by[(0, *j)] != 0.0).collect();
+        let pairs = counts.iter().flat_map(|i| counts.iter().map(move |j| (*i, *j)));
+        let variance: f64 = pairs.map(|(i, j)| by[(0, i)] * self.covariance[(i, j)] * by[(0, j)]).sum();
+        (share(&plain(&self.parameters))[0].re, variance.max(0.0).sqrt())
+    }
+
     /// What it says for the rows of a recording; its zero is the recording's.
     pub fn force(&self, recording: &Recording) -> Vec<f64> {
-        let plain: Vec<Dual64> = self.parameters.iter().map(|p| Dual64::from(*p)).collect();
-        let zero = recording.zero();
-        let (t, d) = (&recording.time_s, &recording.deformation);
-        forces(self.kind, &plain, self.greatest, self.span_s, t, d).iter().map(|f| zero + f.re).collect()
+        let times: Vec<f64> = recording.time_s.iter().map(|t| t / self.scale.time_s).collect();
+        let deformation: Vec<f64> =
+            recording.deformation.iter().map(|d| d / self.scale.deformation).collect();
+        let found = forces(self.kind, &plain(&self.parameters), self.scale.span, &times, &deformation);
+        found.iter().map(|f| recording.zero() + self.scale.force * f.re).collect()
     }
 }
 
-fn spectrum(kind: Kind, p: &[Dual64], span_s: [f64; 2]) -> Vec<(Dual64, Dual64)> {
+fn plain(parameters: &[f64]) -> Vec<Dual64> {
+    parameters.iter().map(|p| Dual64::from(*p)).collect()
+}
+
+/// Amplitudes and time constants, over the scale.
+fn spectrum(kind: Kind, p: &[Dual64], span: [f64; 2]) -> Vec<(Dual64, Dual64)> {
     if kind.terms > 0 {
-        return (0..kind.terms).map(|i| (p[1 + i].exp(), p[1 + kind.terms + i].exp())).collect();
+        return (0..kind.terms).map(|i| (p[1 + i], p[1 + kind.terms + i].exp())).collect();
     }
-    let decades = (span_s[1] / span_s[0]).log10();
+    let decades = (span[1] / span[0]).log10();
     let count = (A_DECADE * decades).ceil().max(1.0) as usize;
     let shares: Vec<(Dual64, f64)> = (0..=count)
-        .map(|i| span_s[0] * 10_f64.powf(decades * i as f64 / count as f64))
-        .map(|time| ((-p[2] * (time / span_s[0]).ln()).exp(), time))
+        .map(|i| span[0] * 10_f64.powf(decades * i as f64 / count as f64))
+        .map(|time| ((-p[2] * (time / span[0]).ln()).exp(), time))
         .collect();
     let whole: Dual64 = shares.iter().map(|(share, _)| *share).sum();
-    shares.into_iter().map(|(share, time)| (p[1].exp() * share / whole, Dual64::from(time))).collect()
+    shares.into_iter().map(|(share, time)| (p[1] * share / whole, Dual64::from(time))).collect()
 }
 
-/// Forces without the zero.
+/// Forces without the zero, over the scale, as times and deformations are.
 pub(super) fn forces(
     kind: Kind,
     p: &[Dual64],
-    greatest: f64,
-    span_s: [f64; 2],
-    time_s: &[f64],
+    span: [f64; 2],
+    times: &[f64],
     deformation: &[f64],
 ) -> Vec<Dual64> {
     let shapes = kind.parameters() - usize::from(kind.stiffens) - usize::from(kind.apart);
     let steep = if kind.stiffens { p[shapes] } else { Dual64::from(0.0) };
-    let elastic: Vec<Dual64> = deformation.iter().map(|d| shape(steep, d / greatest)).collect();
+    let elastic: Vec<Dual64> = deformation.iter().map(|d| shape(steep, *d)).collect();
     let lasting = if kind.apart { Some(p[shapes + 1]) } else { None };
-    let mut sum: Vec<Dual64> = deformation
-        .iter()
-        .zip(&elastic)
-        .map(|(d, e)| p[0].exp() * lasting.map_or(*e, |b| shape(b, d / greatest)))
-        .collect();
-    for (amplitude, time) in spectrum(kind, p, span_s) {
-        for (total, h) in sum.iter_mut().zip(branch(time_s, &elastic, time)) {
+    let mut sum: Vec<Dual64> =
+        deformation.iter().zip(&elastic).map(|(d, e)| p[0] * lasting.map_or(*e, |b| shape(b, *d))).collect();
+    for (amplitude, time) in spectrum(kind, p, span) {
+        // None of it: nothing to be followed. Its derivative is asked for nevertheless.
+        if amplitude.re == 0.0 && amplitude.eps == 0.0 {
+            continue;
+        }
+        for (total, h) in sum.iter_mut().zip(branch(times, &elastic, time)) {
             *total += amplitude * h;
         }
     }

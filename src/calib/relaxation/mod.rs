@@ -15,6 +15,7 @@ mod convolution;
 mod error;
 mod law;
 mod lost;
+mod phases;
 mod recording;
 mod search;
 

@@ -1,22 +1,15 @@
 //! Ramp, hold and unloading of one specimen, from a table.
 
 use super::RelaxationError;
+use super::phases::phases;
 use crate::calib::export::{Column, Quantity, Table};
+use crate::calib::noise::middle;
 use std::cmp::Ordering;
 
-/// Deformation that is left from the end of the ramp on, over the whole ramp.
-const RAMP_END: f64 = 0.01;
-/// Deformation by which a hold may creep, over the whole ramp.
-const HELD: f64 = 0.03;
 /// Rows that a hold must have.
 const LEAST_ROWS: usize = 8;
-/// How far a hold may yield by its end, over the whole ramp.
-const CREEP: f64 = 0.001;
-/// Rows before the way back that may belong to it: the crosshead turns before its encoder tells.
-const TURNING: usize = 3;
-/// Deformation below which nothing moves yet, over the whole ramp.
-const REST: f64 = 0.004;
-
+/// Rows of a rest that tell a level.
+const REST_ROWS: usize = 5;
 /// What happens at a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
@@ -47,6 +40,8 @@ pub struct Recording {
     pub phase: Vec<Phase>,
     /// Line of the file.
     pub lines: Vec<u64>,
+    /// Rows of later cycles, which are left out.
+    pub later_rows: usize,
     /// Unit of the deformation in SI.
     pub deformation_unit: &'static str,
     /// Unit of the force in SI.
@@ -86,7 +81,13 @@ impl Recording {
             return Err(RelaxationError::NoForce { place: heading(force)?, force: peak });
         }
         let force_list: Vec<f64> = load.iter().map(|f| peak.signum() * f).collect();
-        let phase = phases(&deformation_list);
+        let phase = phases(time, &deformation_list);
+        let rows = phase.len();
+        let resting: Vec<f64> =
+            (0..rows).filter(|r| phase[*r] == Phase::Rest).map(|r| deformation_list[r]).collect();
+        // An encoder's first value is no better than its noise.
+        let start = if resting.len() < REST_ROWS { 0.0 } else { middle(&resting) };
+        let deformation_list: Vec<f64> = deformation_list[..rows].iter().map(|d| d - start).collect();
         let held = phase.iter().filter(|p| **p == Phase::Hold).count();
         if held < LEAST_ROWS {
             return Err(RelaxationError::NoHold {
@@ -96,16 +97,19 @@ impl Recording {
             });
         }
         let sd = table.columns.iter().find(|c| is_sd(c) && c.printed.len() == table.lines.len());
-        let scale = table.column(force)?.si_or_why()?[0] / table.column(force)?.printed[0];
+        let printed = &table.column(force)?.printed;
+        let told = printed.iter().position(|v| *v != 0.0).unwrap_or(0);
+        let scale = table.column(force)?.si_or_why()?[told] / printed[told];
         let force_sd = sd.filter(|_| series.lines.len() == table.lines.len());
         Ok(Self {
             label: table.place.origin.file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-            time_s: time.clone(),
+            time_s: time[..rows].to_vec(),
             deformation: deformation_list,
-            force: force_list,
-            force_sd: force_sd.map(|c| c.printed.iter().map(|v| (v * scale).abs()).collect()),
+            force: force_list[..rows].to_vec(),
+            force_sd: force_sd.map(|c| c.printed[..rows].iter().map(|v| (v * scale).abs()).collect()),
             phase,
-            lines: series.lines.clone(),
+            lines: series.lines[..rows].to_vec(),
+            later_rows: series.lines.len() - rows,
             deformation_unit: if deformation == Quantity::Strain { "" } else { "m" },
             force_unit: if force == Quantity::Force { "N" } else { "Pa" },
         })
@@ -125,7 +129,7 @@ impl Recording {
     /// the specimen, since the encoder tells of a way later than the sensor of a force.
     pub fn zero(&self) -> f64 {
         let rest = self.rows(Phase::Rest);
-        if rest.len() < 5 {
+        if rest.len() < REST_ROWS {
             return 0.0;
         }
         let mut forces: Vec<f64> = rest.iter().map(|r| self.force[*r]).collect();
@@ -138,24 +142,4 @@ impl Recording {
 fn is_sd(column: &Column) -> bool {
     let name = column.name.trim().to_lowercase();
     ["sd", "std", "stdev", "standard deviation"].contains(&name.as_str())
-}
-
-/// The hold is where the deformation stays close to its greatest; before it the ramp, behind it the way back.
-fn phases(deformation: &[f64]) -> Vec<Phase> {
-    let whole = deformation.iter().copied().fold(0.0, f64::max);
-    let first = deformation.iter().position(|d| *d >= (1.0 - RAMP_END) * whole).unwrap_or(0);
-    let held = |d: &f64| *d >= (1.0 - HELD) * whole;
-    let last = deformation.iter().rposition(held).unwrap_or(first);
-    // The hold's own end: a little of the way back is still close to it.
-    let level = deformation[(first + last) / 2];
-    let last = (first..=last).rev().find(|r| deformation[*r] >= level - CREEP * whole).unwrap_or(last);
-    let last = if last + 1 < deformation.len() { last.saturating_sub(TURNING).max(first) } else { last };
-    (0..deformation.len())
-        .map(|row| match row {
-            r if r > last => Phase::Unloading,
-            r if r >= first => Phase::Hold,
-            r if deformation[..=r].iter().all(|d| d.abs() <= REST * whole) => Phase::Rest,
-            _ => Phase::Ramp,
-        })
-        .collect()
 }

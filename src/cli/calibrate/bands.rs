@@ -2,10 +2,11 @@
 
 use super::instrument::{day, noted, write};
 use super::specimen::{
-    SpecimenArguments, contradictions, faulty, left_out, left_out_table, raw, read, sources, tables,
+    SpecimenArguments, contradictions, faulty, left_out, left_out_table, raw, read, sources, tables, warmed,
+    withheld, written,
 };
 use crate::calib::bands::{Line, Settings, Stiffness, Stretching, estimate};
-use crate::calib::coupon::Specimen;
+use crate::calib::coupon::{Name, Specimen};
 use crate::calib::reference::{Figure, ReferenceQuantity, ReferenceValue, Validity};
 use crate::cli::{Context, Exit, Outcome, UsageError};
 use crate::report::{Curve, SpecimenTable, specimen_page};
@@ -15,7 +16,8 @@ use serde_json::json;
 
 /// Finds the stiffness of rubber bands: slack, slope, hysteresis, what cycles change, and the slope at the pull on the rig.
 ///
-/// Straight, with a knee, or curved: by evidence on parts that a fit did not see. Writes bands.html, bands.json and bands.toml, the reference value.
+/// Straight, with a knee, or curved: by evidence on parts that a fit did not see. Writes bands.html, bands.json and bands.toml, the reference value;
+/// none of a test that slipped, saturated, or contradicts itself. Exit code 3: something is named that does not belong to the material.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig calibrate bands raw/band.csv --pretension-n 1.5 --out calibration/band
@@ -46,8 +48,16 @@ pub(super) fn run(arguments: &BandsArguments, _: &Context) -> anyhow::Result<Out
     let found = estimate(&stretching, &settings)?;
     let mut remarks = found.remarks.clone();
     let faults = Specimen::of_bands(&stretching).diagnose();
-    remarks.extend(faulty(&stretching.label, &faults));
-    remarks.extend(contradictions(&exports));
+    let wrong = faulty(&stretching.label, &faults);
+    // Softening is the material's own; but which cycle the value is of depends on it.
+    let softer = faults.iter().filter(|f| f.is_material() && f.name == Name::Softening);
+    remarks.extend(softer.map(|f| format!("{}: {}", f.words(), f.shown)));
+    let contradictions = contradictions(&exports);
+    // The procedure asks for a band that hangs slack at first.
+    let doubtful = faults.iter().any(|f| !f.is_material() && f.name != Name::Slack);
+    let degraded = doubtful || !contradictions.is_empty();
+    let withheld = withheld(&contradictions, &faults.iter().collect::<Vec<_>>());
+    remarks.extend(wrong.into_iter().chain(contradictions).chain(warmed(&exports)).chain(withheld.clone()));
     let line = &found.branches[found.chosen].line;
     let sentence = format!(
         "{} at a pull of {:.2} N, {} ({})",
@@ -106,6 +116,7 @@ pub(super) fn run(arguments: &BandsArguments, _: &Context) -> anyhow::Result<Out
         "left_out": left_out(&faults),
         "remarks": remarks,
     });
+    let reference = if withheld.is_none() { value.text()? } else { String::new() };
     let page = specimen_page(
         ["Stiffness of bands", &sources(&exports), &sentence],
         &remarks,
@@ -120,10 +131,9 @@ pub(super) fn run(arguments: &BandsArguments, _: &Context) -> anyhow::Result<Out
         false,
         &curves(&found, &stretching),
     )?;
-    write(&read.out, read.force, "bands", &page, &json, &value.text()?)?;
-    let out = read.out.display();
-    let text = noted(&sentence, &remarks) + &format!("\n{out}/bands.html, reference value {out}/bands.toml");
-    Ok(Outcome { exit: Exit::Good, text, json })
+    write(&read.out, read.force, "bands", &page, &json, &reference)?;
+    let text = noted(&sentence, &remarks) + &written(&read.out, "bands", !reference.is_empty());
+    Ok(Outcome { exit: if degraded { Exit::Degraded } else { Exit::Good }, text, json })
 }
 
 /// The slack, if rows lie in it.

@@ -16,8 +16,8 @@ const DIAGNOSIS: &str = "phantom-diagnosis/1";
 /// Compares a fit with reference values: difference, both uncertainties, and whether it is significant.
 ///
 /// Young's modulus is compared with that of the fit; stiffness with the total of its patches. Several references of stiffness are bands side by
-/// side: their sum counts. The share that relaxes is compared with that of a diagnosis, which may be given in place of a fit. Exit code 3: they
-/// disagree at 95 %.
+/// side: their sum counts. The share that relaxes is compared with that of a diagnosis, which may be given in place of a fit: between the times
+/// that the reference was measured for. Exit code 3: they disagree at 95 %.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig calibrate compare sessions/first-fit --reference calibration/values/gel.toml
@@ -55,7 +55,9 @@ pub(super) fn run(arguments: &CompareArguments, _: &Context) -> anyhow::Result<O
                 fitted(&fit["extended"]["young_modulus_pa"], "extended.young_modulus_pa", &name)?
             }
             ReferenceQuantity::YoungModulus => fitted(&fit["young_modulus_pa"], "young_modulus_pa", &name)?,
-            ReferenceQuantity::RelaxedFraction if diagnosed => relaxed(&fit, &name)?,
+            ReferenceQuantity::RelaxedFraction if diagnosed => {
+                relaxed(&fit, reference.validity.time_s, &name)?
+            }
             // Together, below.
             ReferenceQuantity::Stiffness if !diagnosed => continue,
             other => {
@@ -104,14 +106,38 @@ fn document(given: &Path) -> PathBuf {
     found.iter().find(|f| f.is_file()).unwrap_or(&found[0]).clone()
 }
 
-/// All shares that a diagnosis found to relax, together.
-fn relaxed(diagnosis: &Value, name: &str) -> anyhow::Result<Fitted> {
-    const KEY: &str = "parameters.viscoelastic-relaxation.relaxed_fraction";
-    let given = &diagnosis["parameters"]["viscoelastic-relaxation"]["relaxed_fraction"];
-    let shares = given.as_array().map_or_else(|| vec![given], |list| list.iter().collect());
-    let all: Vec<Fitted> = shares.into_iter().map(|v| fitted(v, KEY, name)).collect::<Result<_, _>>()?;
-    let sd = all.iter().map(|f| f.sd.powi(2)).sum::<f64>().sqrt();
-    Ok(Fitted { value: all.iter().map(|f| f.value).sum(), sd })
+/// The share that a diagnosis finds to relax between the reference's times after a step: 1 − G(t₂)/G(t₁), G(t) = 1 − Σ r_i (1 − exp(−t/τ_i)) over
+/// its terms; without times all that relaxes. Deviations by derivatives, terms taken as independent.
+fn relaxed(diagnosis: &Value, between_s: Option<[f64; 2]>, name: &str) -> anyhow::Result<Fitted> {
+    let all = |what: &str| -> anyhow::Result<Vec<Fitted>> {
+        let given = &diagnosis["parameters"]["viscoelastic-relaxation"][what];
+        let values = given.as_array().map_or_else(|| vec![given], |list| list.iter().collect());
+        let key = format!("parameters.viscoelastic-relaxation.{what}");
+        values.into_iter().map(|v| fitted(v, &key, name)).collect()
+    };
+    let shares = all("relaxed_fraction")?;
+    let Some(between_s) = between_s else {
+        let sd = shares.iter().map(|f| f.sd.powi(2)).sum::<f64>().sqrt();
+        return Ok(Fitted { value: shares.iter().map(|f| f.value).sum(), sd });
+    };
+    let times = all("time_constant_s")?;
+    if times.len() != shares.len() {
+        bail!("{name}: {} shares relax with {} time constants; expected one each", shares.len(), times.len());
+    }
+    let gone = |t: f64, tau: f64| -(-t / tau).exp_m1();
+    let terms = || shares.iter().zip(&times);
+    let [early, late] =
+        between_s.map(|t| 1.0 - terms().map(|(r, tau)| r.value * gone(t, tau.value)).sum::<f64>());
+    // Derivatives of late/early by a share and by a time constant.
+    let variance: f64 = terms()
+        .map(|(r, tau)| {
+            let by_share = between_s.map(|t| -gone(t, tau.value));
+            let by_time = between_s.map(|t| r.value * t / tau.value.powi(2) * (-t / tau.value).exp());
+            let of = |[a, b]: [f64; 2]| (b - a * late / early) / early;
+            (of(by_share) * r.sd).powi(2) + (of(by_time) * tau.sd).powi(2)
+        })
+        .sum();
+    Ok(Fitted { value: 1.0 - late / early, sd: variance.sqrt() })
 }
 
 fn fitted(value: &Value, key: &str, name: &str) -> anyhow::Result<Fitted> {
@@ -133,4 +159,31 @@ fn side_by_side(bands: &[&ReferenceValue]) -> Option<ReferenceValue> {
     let sd = bands.iter().map(|b| b.figure.sd.powi(2)).sum::<f64>().sqrt();
     let name = bands.iter().map(|b| b.name.as_str()).collect::<Vec<_>>().join(" + ");
     Some(ReferenceValue { name, figure: Figure { value, sd, interval_90: None }, ..(*first).clone() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One term of 0.4 with 10 s, between 5 and 50 s: G = 0.6 + 0.4 e^{−t/10}.
+    #[test]
+    fn a_diagnosis_is_held_against_the_times_of_the_reference() {
+        let number = |value: f64, sd: f64| json!({"value": value, "sd": sd});
+        let of = |share: f64, time: f64| {
+            let terms =
+                json!({"relaxed_fraction": [number(share, 0.02)], "time_constant_s": [number(time, 1.0)]});
+            relaxed(&json!({"parameters": {"viscoelastic-relaxation": terms}}), Some([5.0, 50.0]), "made")
+                .expect("a share")
+        };
+        let after = |share: f64, time: f64, t: f64| 1.0 - share + share * (-t / time).exp();
+        let by_hand = |share: f64, time: f64| 1.0 - after(share, time, 50.0) / after(share, time, 5.0);
+        let found = of(0.4, 10.0);
+        assert!((found.value - by_hand(0.4, 10.0)).abs() < 1e-12);
+        let slope = |a: f64, b: f64, step: f64| (a - b) / step;
+        let by_share = slope(by_hand(0.401, 10.0), by_hand(0.399, 10.0), 0.002);
+        let by_time = slope(by_hand(0.4, 10.01), by_hand(0.4, 9.99), 0.02);
+        assert!((found.sd - (by_share * 0.02).hypot(by_time)).abs() < 1e-6, "{found:?}");
+        // What is over before the first time does not count.
+        assert!(of(0.4, 0.01).value.abs() < 1e-12);
+    }
 }

@@ -2,7 +2,8 @@
 
 use super::instrument::{day, noted, write};
 use super::specimen::{
-    SpecimenArguments, contradictions, faulty, left_out, left_out_table, raw, read, sources, tables,
+    SpecimenArguments, contradictions, faulty, left_out, left_out_table, raw, read, sources, tables, warmed,
+    withheld, written,
 };
 use crate::calib::coupon::{Fault, diagnose};
 use crate::calib::reference::{Figure, RawFile, ReferenceQuantity, ReferenceValue, Validity};
@@ -17,7 +18,8 @@ use serde_json::json;
 ///
 /// The number of terms by evidence on data that a fit did not see: the later hold, or another rate. What the model leaves out is named: sensor
 /// zero, sticking, slip, slack, saturation, drift, or that it can't be explained. Writes relaxation.html, relaxation.json and relaxation.toml, the
-/// reference value: the share that relaxes. Several exports are rates of one material.
+/// reference value: the share that relaxes between the ramp's duration and the hold's; none of a test that slipped, saturated, or contradicts itself.
+/// Several exports are rates of one material.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig calibrate relaxation raw/foam.csv --out calibration/foam
@@ -46,10 +48,26 @@ pub(super) fn run(arguments: &RelaxationArguments, context: &Context) -> anyhow:
             found.law.termination.words()
         ));
     }
-    remarks.extend(contradictions(&exports));
+    for r in recordings.iter().filter(|r| r.later_rows > 0) {
+        remarks.push(format!("{}: later cycles are left out ({} rows)", r.label, r.later_rows));
+    }
+    remarks.extend(warmed(&exports));
+    let contradictions = contradictions(&exports);
+    remarks.extend(contradictions.iter().cloned());
     let share = lost(&found, &recordings);
-    let sentence = sentence(&found, &recordings, &share);
-    let value = value(&arguments.read, &found, &recordings, &share, raw(&exports))?;
+    let withheld = match &share {
+        Ok(_) => withheld(&contradictions, &faults.iter().flatten().collect::<Vec<_>>()),
+        Err(why) => Some(format!("no reference value is written: {why}")),
+    };
+    remarks.extend(withheld.clone());
+    let share = share.ok();
+    let sentence = sentence(&found, &recordings, share.as_ref());
+    let value = match share.filter(|_| withheld.is_none()) {
+        Some(share) => {
+            value(&arguments.read, &found, &recordings, &share, &remarks, raw(&exports))?.text()?
+        }
+        None => String::new(),
+    };
     let terms = found.law.terms();
     let whole = found.law.lasting() + terms.iter().map(|t| t.amplitude).sum::<f64>();
     let json = json!({
@@ -57,7 +75,9 @@ pub(super) fn run(arguments: &RelaxationArguments, context: &Context) -> anyhow:
         "out": arguments.read.out,
         "model": found.law.kind.words(),
         "is_minimum": found.law.termination.is_answer(),
-        "relaxed_fraction": {"value": share.fraction, "sd": share.sd, "measured": share.measured, "time_s": share.window_s},
+        "relaxed_fraction": share.map(|s| {
+            json!({"value": s.fraction, "sd": s.sd, "measured": s.measured, "time_s": s.window_s, "models": s.models})
+        }),
         "lasting_fraction": found.law.lasting() / whole,
         "terms": terms.iter().map(|t| json!({"relaxed_fraction": t.amplitude / whole, "time_constant_s": t.time_s})).collect::<Vec<_>>(),
         "evidence": found.tried.iter().map(|t| json!({"model": t.kind.words(), "missed_over_sd": t.score})).collect::<Vec<_>>(),
@@ -81,10 +101,8 @@ pub(super) fn run(arguments: &RelaxationArguments, context: &Context) -> anyhow:
         true,
         &curves(&found, &recordings),
     )?;
-    write(&arguments.read.out, arguments.read.force, "relaxation", &page, &json, &value.text()?)?;
-    let out = arguments.read.out.display();
-    let text = noted(&sentence, &remarks)
-        + &format!("\n{out}/relaxation.html, reference value {out}/relaxation.toml");
+    write(&arguments.read.out, arguments.read.force, "relaxation", &page, &json, &value)?;
+    let text = noted(&sentence, &remarks) + &written(&arguments.read.out, "relaxation", !value.is_empty());
     Ok(Outcome { exit: if remarks.is_empty() { Exit::Good } else { Exit::Degraded }, text, json })
 }
 
@@ -94,6 +112,7 @@ fn value(
     found: &Choice,
     recordings: &[Recording],
     share: &Lost,
+    remarks: &[String],
     raw: Vec<RawFile>,
 ) -> anyhow::Result<ReferenceValue> {
     let labels: Vec<&str> = recordings.iter().map(|r| r.label.as_str()).collect();
@@ -107,19 +126,22 @@ fn value(
         specimen: format!("{} ({} held)", labels.join(", "), recordings.len()),
         machine: read.machine.clone(),
         method: format!(
-            "share of the force that relaxes between {from:.3} and {to:.0} s after a fast change, by {}; the force itself falls by {:.4} of its \
-             peak over the hold of {}; uncertainty: the difference of the two, zero, noise, an assumed scatter of specimens of {} %",
+            "share of the force that relaxes between {from:.3} and {to:.0} s after a step, 1 − G({to:.0} s)/G({from:.3} s); mean of {} models that \
+             predict alike, the best of them {}; the force itself falls by {:.4} of its peak over the hold of {}; uncertainty: fits, differences \
+             of the models, zero, an assumed scatter of specimens of {} %. {}",
+            share.models,
             found.law.kind.words(),
             share.measured,
             recordings[share.of].label,
-            100.0 * share.assumed_scatter
+            100.0 * share.assumed_scatter,
+            remarks.join("; ")
         ),
         validity: Validity { time_s: Some(share.window_s), ..Validity::default() },
         raw,
     })
 }
 
-fn sentence(found: &Choice, recordings: &[Recording], share: &Lost) -> String {
+fn sentence(found: &Choice, recordings: &[Recording], share: Option<&Lost>) -> String {
     let worst = found.worst_share(recordings).into_iter().fold(0.0, f64::max);
     let within = found.within_two_sd(recordings).into_iter().fold(1.0, f64::min);
     let how = if recordings.len() == 1 {
@@ -130,10 +152,13 @@ fn sentence(found: &Choice, recordings: &[Recording], share: &Lost) -> String {
             100.0 * within
         )
     };
+    let Some(share) = share else {
+        return format!("no share that relaxes can be told ({}); {how}", found.law.kind.words());
+    };
     let [from, to] = share.window_s;
     let fraction = with_sd(share.fraction, share.sd, 100.0, "%");
     format!(
-        "{fraction} of the force relaxes between {from:.2} and {to:.0} s ({}); {how}",
+        "{fraction} of the force relaxes between {from:.2} and {to:.0} s after a step ({}); {how}",
         found.law.kind.words()
     )
 }

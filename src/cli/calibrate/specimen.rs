@@ -1,13 +1,16 @@
 //! What `calibrate tensile`, `bands` and `relaxation` share: exports as tables with hashes, the words of a reference value, and what was left
 //! out of each specimen.
 
-use crate::calib::coupon::Fault;
-use crate::calib::export::{Export, Finding, Override, Table, Weight, read_file, read_folder};
+use crate::calib::coupon::{Fault, Name};
+use crate::calib::export::{Export, Finding, Override, Quantity, Table, Weight, read_file, read_folder};
 use crate::calib::reference::RawFile;
 use crate::report::SpecimenTable;
 use clap::Args;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// How much the temperature may move during a test (K).
+const WARMED: f64 = 1.0;
 
 /// What is read, and how it is to be understood.
 #[derive(Debug, Args)]
@@ -81,6 +84,42 @@ pub(super) fn faulty(label: &str, faults: &[Fault]) -> Vec<String> {
     let say =
         |f: &Fault| format!("{label}, lines {} to {}: {}: {}", f.lines[0], f.lines[1], f.words(), f.shown);
     faults.iter().filter(|f| !f.is_material()).map(say).collect()
+}
+
+/// Whether a fault makes the value itself wrong, whichever of its names is right: no reference value comes from such a test.
+pub(super) fn spoils(fault: &Fault) -> bool {
+    let spoilt = |n: &Name| matches!(n, Name::Saturated | Name::Slipped | Name::WrongUnit);
+    spoilt(&fault.name) && fault.or.iter().all(spoilt)
+}
+
+/// Why there is no reference value, as a sentence; none where there is no reason.
+pub(super) fn withheld(contradictions: &[String], faults: &[&Fault]) -> Option<String> {
+    let mut why: Vec<&str> = faults.iter().filter(|f| spoils(f)).map(|f| f.name.words()).collect();
+    why.dedup();
+    if !contradictions.is_empty() {
+        why.push("the file contradicts itself");
+    }
+    (!why.is_empty()).then(|| format!("no reference value is written: {}", why.join(", ")))
+}
+
+/// Temperatures that move by more than the procedures allow, as sentences.
+pub(super) fn warmed(exports: &[Export]) -> Vec<String> {
+    let say = |table: &Table| {
+        let kelvin = table.column(Quantity::Temperature).ok()?.si()?;
+        let least = kelvin.iter().copied().fold(f64::INFINITY, f64::min);
+        let moved = kelvin.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least;
+        let place = table.place.origin.file.file_stem().unwrap_or_default().to_string_lossy();
+        let text = format!("{place}: the temperature moves by {moved:.1} K, the procedure allows {WARMED} K");
+        (moved > WARMED).then_some(text)
+    };
+    tables(exports).into_iter().filter_map(say).collect()
+}
+
+/// The last line of a result.
+pub(super) fn written(out: &Path, name: &str, value: bool) -> String {
+    let out = out.display();
+    let reference = if value { format!(", reference value {out}/{name}.toml") } else { String::new() };
+    format!("\n{out}/{name}.html{reference}")
 }
 
 /// For other programs.

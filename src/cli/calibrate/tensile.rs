@@ -2,9 +2,10 @@
 
 use super::instrument::{day, noted, write};
 use super::specimen::{
-    SpecimenArguments, contradictions, faulty, left_out, left_out_table, raw, read, sources, tables,
+    SpecimenArguments, contradictions, faulty, left_out, left_out_table, raw, read, sources, tables, warmed,
+    withheld, written,
 };
-use crate::calib::coupon::{Fault, Specimen, compliance, wrong_units};
+use crate::calib::coupon::{Fault, Name, Specimen, compliance, wrong_units};
 use crate::calib::dumbbell::{Modulus, Pull, Settings, estimate};
 use crate::calib::export::Export;
 use crate::calib::reference::{Figure, ReferenceQuantity, ReferenceValue, Validity};
@@ -17,7 +18,9 @@ use serde_json::{Value, json};
 /// Finds Young's modulus from pulled dumb-bells: median over specimens of one material, with an interval.
 ///
 /// Model (linear, neo-Hookean, Yeoh, Ogden) by evidence on specimens, or parts, that a fit did not see. Preload and slack are taken off. Writes
-/// tensile.html, tensile.json and tensile.toml, the reference value: put it into calibration/values.
+/// tensile.html, tensile.json and tensile.toml, the reference value: put it into calibration/values. A specimen in another unit is left out; there is
+/// no reference value where a test slipped, saturated or contradicts itself, or where the specimens are not one material. Exit code 3: something
+/// is named that does not belong to the material.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig calibrate tensile 'calibration/raw/Ecoflex 00-30.csv' --out calibration/ecoflex-30
@@ -40,15 +43,33 @@ pub(super) fn run(arguments: &TensileArguments, _: &Context) -> anyhow::Result<O
     let exports = read(&arguments.read)?;
     let pulls: Vec<Pull> = tables(&exports).into_iter().map(Pull::from_table).collect::<Result<_, _>>()?;
     let settings = Settings { window: [low, high], ..Settings::default() };
+    let all = faults(&exports, &pulls, high);
+    // What is in another unit is no specimen of the median.
+    let is_other = |faults: &[Fault]| faults.iter().any(|f| f.name == Name::WrongUnit);
+    let (other, used): (Vec<_>, Vec<_>) =
+        pulls.into_iter().zip(all).partition(|(_, faults)| is_other(faults));
+    let (pulls, faults): (Vec<Pull>, Vec<Vec<Fault>>) = used.into_iter().unzip();
     let found = estimate(&pulls, &settings)?;
-    let mut remarks = found.remarks.clone();
-    let faults = faults(&exports, &pulls, high);
-    for (pull, faults) in pulls.iter().zip(&faults) {
-        remarks.extend(faulty(&pull.label, faults));
+    let mut wrong = Vec::new();
+    for (pull, faults) in &other {
+        wrong.push(format!("{}: left out of the estimate", pull.label));
+        wrong.extend(faulty(&pull.label, faults));
     }
-    remarks.extend(contradictions(&exports));
+    for (pull, faults) in pulls.iter().zip(&faults) {
+        wrong.extend(faulty(&pull.label, faults));
+    }
+    let contradictions = contradictions(&exports);
+    wrong.extend(contradictions.iter().cloned());
+    wrong.extend(found.apart());
+    let mixed = found.is_mixed();
+    let withheld = mixed.clone().map(|why| format!("no reference value is written: {why}"));
+    let withheld = withheld.or_else(|| withheld_by(&contradictions, &faults));
+    let degraded = !wrong.is_empty() || withheld.is_some();
+    let mut remarks = found.remarks.clone();
+    remarks.extend(wrong.into_iter().chain(warmed(&exports)).chain(withheld.clone()));
     let sentence = sentence(&found);
-    let value = value(arguments, &found, &pulls, &settings, raw(&exports))?;
+    let value = value(arguments, &found, &pulls, &remarks, raw(&exports))?;
+    let reference = if withheld.is_none() { value.text()? } else { String::new() };
     let json = json(arguments, &found, &faults, &remarks, &value);
     let names = sources(&exports);
     let page = specimen_page(
@@ -59,11 +80,13 @@ pub(super) fn run(arguments: &TensileArguments, _: &Context) -> anyhow::Result<O
         false,
         &curves(&found, &pulls),
     )?;
-    write(&arguments.read.out, arguments.read.force, "tensile", &page, &json, &value.text()?)?;
-    let out = arguments.read.out.display();
-    let text =
-        noted(&sentence, &remarks) + &format!("\n{out}/tensile.html, reference value {out}/tensile.toml");
-    Ok(Outcome { exit: Exit::Good, text, json })
+    write(&arguments.read.out, arguments.read.force, "tensile", &page, &json, &reference)?;
+    let text = noted(&sentence, &remarks) + &written(&arguments.read.out, "tensile", !reference.is_empty());
+    Ok(Outcome { exit: if degraded { Exit::Degraded } else { Exit::Good }, text, json })
+}
+
+fn withheld_by(contradictions: &[String], faults: &[Vec<Fault>]) -> Option<String> {
+    withheld(contradictions, &faults.iter().flatten().collect::<Vec<_>>())
 }
 
 fn sentence(found: &Modulus) -> String {
@@ -83,7 +106,7 @@ fn value(
     arguments: &TensileArguments,
     found: &Modulus,
     pulls: &[Pull],
-    settings: &Settings,
+    remarks: &[String],
     raw: Vec<crate::calib::reference::RawFile>,
 ) -> anyhow::Result<ReferenceValue> {
     let range = |values: Vec<f64>| {
@@ -104,12 +127,12 @@ fn value(
         method: format!(
             "{} model in strains {} to {}, slack taken off; uncertainty: geometry, load cell, start, scatter. {}",
             found.model.name(),
-            settings.window[0],
-            settings.window[1],
-            found.remarks.join("; ")
+            arguments.strain[0],
+            arguments.strain[1],
+            remarks.join("; ")
         ),
         validity: Validity {
-            strain: Some(settings.window),
+            strain: Some([arguments.strain[0], arguments.strain[1]]),
             rate_per_s: range(pulls.iter().filter_map(|p| p.rate_per_s).collect()),
             temperature_c: range(pulls.iter().filter_map(|p| p.temperature_c).collect()),
             ..Validity::default()
