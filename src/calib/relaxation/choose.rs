@@ -1,6 +1,6 @@
 //! Which model, with how many terms? The one that best predicts what its fit did not see.
 //!
-//! One recording: models are fitted to the ramp and the first part of the hold, compared on the next part and on rows between, refitted to both, and the winner's
+//! One recording: models are fitted to the ramp and the first part of the hold, compared on the next part, refitted to both, and the winner's
 //! error is taken on the last part, which neither saw. Several recordings: each is predicted from the others; the score is the mean over them. At last the
 //! winner, and what predicts about as well, is fitted to everything. A model with more parameters must be better by a tenth, or the simpler one stays (one-standard-error rule in spirit: Hastie, Tibshirani and
 //! Friedman 2009, The Elements of Statistical Learning, 7.10).
@@ -38,7 +38,7 @@ pub struct Tried {
     /// Which.
     pub kind: Kind,
     /// Root mean square of what it missed in data that it had not seen, over their deviations (one hundredth of the peak where none are
-    /// stated), of one recording the mean over its parts; none where it had no value.
+    /// stated); none where it had no value.
     pub score: Option<f64>,
 }
 
@@ -140,25 +140,11 @@ fn left_of(law: &Law, recording: &Recording, from: f64, to: f64) -> Unseen {
     hold.into_iter().filter(inside).map(|r| (r, recording.force[r] - modelled[r])).collect()
 }
 
-/// Root mean square over what was not seen of the ramp, of the hold so far, and of the hold that follows, each with the same weight: a model
-/// that misses the ramp says wrong what relaxes on it, however well it goes on.
+/// Root mean square over the part of the hold that follows what was fitted.
 fn later(kind: Kind, recording: &Recording, settings: &Settings) -> Option<f64> {
-    let rows = rows_until(recording, settings.compared_to);
-    let law = search(kind, &[(recording, rows.clone())])?;
-    let modelled = law.force(recording);
-    let last = rows.last().copied()?;
-    let between = |phase: Phase| -> Unseen {
-        let unseen = |r: &usize| *r < last && rows.binary_search(r).is_err();
-        let all = recording.rows(phase).into_iter().filter(unseen);
-        all.map(|r| (r, recording.force[r] - modelled[r])).collect()
-    };
+    let law = search(kind, &[(recording, rows_until(recording, settings.compared_to))])?;
     let follows = left_of(&law, recording, settings.compared_to, settings.fitted_to);
-    let parts: Vec<f64> = [between(Phase::Ramp), between(Phase::Hold), follows]
-        .into_iter()
-        .filter(|part| !part.is_empty())
-        .map(|part| rms(std::slice::from_ref(recording), &[part]))
-        .collect();
-    Some((parts.iter().map(|p| p * p).sum::<f64>() / parts.len() as f64).sqrt())
+    Some(rms(std::slice::from_ref(recording), &[follows]))
 }
 
 /// Each recording predicted from the others.
