@@ -12,7 +12,6 @@
 //! | `march`, `memory`, `tip_path`, `camera` | what the phantom, its restraint, the stage and the camera do in time |
 //! | `body`, [`bulk`] | the condensed body, and linear changes of it |
 //! | `extra`, [`large`] | what is not linear in the displacement |
-//! | `cleared` | the recording without what acts, to look for the restraint once more |
 //! | `rest`, `lasting`, `creep` | how far the instruments' errors are from white |
 //! | `left`, `beyond`, `place` | what a reading leaves: when, where, in which channel, how plainly |
 //! | `verdict`, `parameters`, `spread`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
@@ -24,7 +23,6 @@ mod beyond;
 mod body;
 pub mod bulk;
 mod camera;
-mod cleared;
 mod creep;
 mod curves;
 mod diagnosis;

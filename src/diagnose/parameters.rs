@@ -155,3 +155,18 @@ fn deviation(covariance: Option<&DMatrix<f64>>, slopes: &[(usize, f64)]) -> f64 
         variance.max(0.0).sqrt()
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a difference of two that err alike, less than of either.
+    #[test]
+    fn deviations_of_sums_know_correlations() {
+        let covariance = DMatrix::from_row_slice(2, 2, &[4.0, 3.0, 3.0, 9.0]);
+        let of = |slopes: &[(usize, f64)]| deviation(Some(&covariance), slopes);
+        assert_eq!(of(&[(1, 2.0)]), 6.0);
+        assert!((of(&[(0, 1.0), (1, -1.0)]) - 7_f64.sqrt()).abs() < 1e-12);
+        assert!(deviation(None, &[(0, 1.0)]).is_nan());
+    }
+}

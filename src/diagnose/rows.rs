@@ -91,19 +91,6 @@ impl Model<'_> {
         marched: &Marched<'_>,
         share: f64,
     ) -> Option<DMatrix<f64>> {
-        let mut rows = self.marker_rows_as_seen(track, frame, marched, share)?;
-        self.take_off_sway(&mut rows);
-        Some(rows)
-    }
-
-    /// The same, every marker with its own noise.
-    pub(super) fn marker_rows_as_seen(
-        &self,
-        track: &Track,
-        frame: &Frame,
-        marched: &Marched<'_>,
-        share: f64,
-    ) -> Option<DMatrix<f64>> {
         let Marched { rows, body, effects, turn, fitted, .. } = marched;
         let fitted = *fitted;
         let ([left, right], s) = shown(&track.time_s, effects.lag_s, frame.time_s)?;
@@ -152,6 +139,7 @@ impl Model<'_> {
             let all = if j < fitted { 1.0 + share } else { 1.0 };
             column.iter_mut().zip(&scale).for_each(|(x, s)| *x *= all * s);
         }
+        self.take_off_sway(&mut out);
         Some(out)
     }
 

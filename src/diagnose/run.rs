@@ -2,7 +2,7 @@
 //!
 //! 1. The baseline: the default fit, then all rows in time under the same model.
 //! 2. Every entry of the catalogue at first order; the best refitted in full; one by one, as long as they earn it
-//!    ([`select`](super::select)). Where the plainest effect alone leaves something, the restraint is looked for once more with that one taken off.
+//!    ([`select`](super::select)).
 //!    A ball of another modulus is then refitted on elements that resolve it.
 //! 3. Is there a mismatch at all, where, and does what was chosen leave only noise?
 //! 4. How surely ([`verdict`](super::verdict)).
@@ -15,12 +15,12 @@ use super::diagnosis::{
 use super::error::DiagnoseError;
 use super::left::Left;
 use super::limits::limits;
-use super::model::{Acting, Model};
+use super::model::Model;
 use super::next_poke::{Standing, next_poke};
 use super::parameters::parameters;
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend};
-use super::select::{LEAST_GAIN, Selection, Tried, nothing_left, select};
+use super::select::{Selection, Tried, select};
 use super::undecided::undecided;
 use super::verdict::{Judged, judge, others};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
@@ -53,18 +53,6 @@ fn diagnosed(
     settings: &Settings,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Diagnosis, DiagnoseError> {
-    let (model, selection) = selected(found, progress)?;
-    if let Some(better) = with_other_restraint(&model, &selection, settings, progress)? {
-        return Ok(Diagnosis { baseline: reading(&model, found, &selection.base)?, ..better });
-    }
-    concluded(recording, found, model, selection, settings, progress)
-}
-
-/// What acts, as far as it is told on the restraint that the fit found.
-fn selected<'a>(
-    found: &'a Settled<'a>,
-    progress: &mut dyn FnMut(Progress),
-) -> Result<(Model<'a>, Selection), DiagnoseError> {
     let mut model = Model::new(found)?;
     if model.tracks.len() < 2 {
         return Err(DiagnoseError::TooFewPokes { pokes: model.tracks.len() });
@@ -78,64 +66,6 @@ fn selected<'a>(
     {
         selection = select(&model, &mut tell).ok_or(DiagnoseError::Singular)?;
     }
-    Ok((model, selection))
-}
-
-/// The diagnosis on a restraint that was looked for once more, with the plainest effect taken off, if that makes the same effect explain more. Only
-/// where that effect alone leaves something: the fit may have found patches that stand for it, and others are then taken to act besides.
-fn with_other_restraint(
-    model: &Model<'_>,
-    selection: &Selection,
-    settings: &Settings,
-    progress: &mut dyn FnMut(Progress),
-) -> Result<Option<Diagnosis>, DiagnoseError> {
-    let Some(chosen) = selection.chosen.map(|i| &selection.tried[i]) else { return Ok(None) };
-    let plainest = selection.tried.iter().filter(|tried| tried.physics == chosen.physics[..1]);
-    let plainest = plainest.min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
-    let Some(plainest) = plainest.filter(|plainest| nothing_left(model, &plainest.fitted) == Some(false))
-    else {
-        return Ok(None);
-    };
-    let Some(cleared) = model.cleared(&plainest.fitted) else { return Ok(None) };
-    let (recording, fit) = (model.settled.recording, model.settled.settings);
-    let shared = std::cell::RefCell::new(progress);
-    let mut tell = |p: inverse::Progress| shared.borrow_mut()(Progress::Fitting(p));
-    let looked = settled(&cleared, fit, &mut tell, |found| {
-        let found = found.with_recording(recording);
-        let other = Model::new(&found)?;
-        let knobs = &plainest.fitted.acting.knobs;
-        let values = knobs.iter().zip(plainest.fitted.at.iter().skip(model.base()));
-        let start = other.start(&values.map(|(knob, value)| (*knob, *value)).collect::<Vec<_>>());
-        let acting = Acting { knobs: knobs.clone(), fine: plainest.fitted.acting.fine, ..Acting::default() };
-        let better = descend(&other, &acting, start, IN_FULL)
-            .is_some_and(|same| same.cost < plainest.fitted.cost - LEAST_GAIN);
-        drop(other);
-        if !better {
-            return Ok(None);
-        }
-        let (other, selection) = selected(&found, &mut |p| shared.borrow_mut()(p))?;
-        let lower = |i: usize| selection.tried[i].fitted.cost < chosen.fitted.cost - LEAST_GAIN;
-        if !selection.chosen.is_some_and(lower) {
-            return Ok(None);
-        }
-        concluded(recording, &found, other, selection, settings, &mut |p| shared.borrow_mut()(p)).map(Some)
-    });
-    match looked {
-        // A fit that does not settle, or with more patches than can be followed, is no better restraint.
-        Err(DiagnoseError::Baseline(_) | DiagnoseError::TooManyPatches { .. }) => Ok(None),
-        other => other,
-    }
-}
-
-/// What is said of a selection.
-fn concluded<'a>(
-    recording: &Recording,
-    found: &'a Settled<'a>,
-    mut model: Model<'a>,
-    mut selection: Selection,
-    settings: &Settings,
-    progress: &mut dyn FnMut(Progress),
-) -> Result<Diagnosis, DiagnoseError> {
     if let Some(tried) = selection.chosen.map(|i| &mut selection.tried[i]) {
         tried.fitted = resolved(&mut model, found, tried.fitted.clone(), progress)?;
     }

@@ -65,7 +65,7 @@ const MOST: usize = 3;
 
 /// An effect must lower the sum of squares by this much: what chance does to several parameters once in 10⁴ times, and what
 /// elements do to the instruments' effects.
-pub(super) const LEAST_GAIN: f64 = 60.0;
+const LEAST_GAIN: f64 = 60.0;
 
 /// What is in proportion to the load must explain more than elements may misplace: such a share of everything that moves and
 /// pulls, on the given mesh and on one that was brought to its limit. The latter is 1.5 to 3 times the most that each entry
@@ -156,8 +156,7 @@ pub(super) fn select(model: &Model<'_>, progress: &mut dyn FnMut(usize, usize)) 
         selection.tried[best].fitted = pruned(model, rested);
         selection.chosen = Some(best);
         thin(model, &mut selection);
-        let chosen = &selection.tried[selection.chosen?].fitted;
-        if nothing_left(model, chosen)? {
+        if nothing_left(model, &selection)? {
             break;
         }
     }
@@ -267,8 +266,9 @@ pub(super) fn least(model: &Model<'_>, base: &Fitted, physics: Physics) -> f64 {
 const NOTHING_SD: f64 = 2.0;
 
 /// Whether the means of the residual are those of noise.
-pub(super) fn nothing_left(model: &Model<'_>, fitted: &Fitted) -> Option<bool> {
-    Some(Beyond::noise(&Left::of(model, &fitted.acting, &fitted.at)?).deviations() < NOTHING_SD)
+fn nothing_left(model: &Model<'_>, selection: &Selection) -> Option<bool> {
+    let chosen = &selection.tried[selection.chosen?].fitted;
+    Some(Beyond::noise(&Left::of(model, &chosen.acting, &chosen.at)?).deviations() < NOTHING_SD)
 }
 
 /// Takes effects away that the others make superfluous.
@@ -373,11 +373,7 @@ pub(super) fn extended(model: &Model<'_>, current: &Fitted, knobs: &[(Knob, f64)
 }
 
 /// A fit with fewer knobs.
-pub(super) fn reduced(
-    model: &Model<'_>,
-    current: &Fitted,
-    keep: impl Fn(&Knob) -> bool,
-) -> (Acting, DVector<f64>) {
+fn reduced(model: &Model<'_>, current: &Fitted, keep: impl Fn(&Knob) -> bool) -> (Acting, DVector<f64>) {
     let kept: Vec<bool> = current.acting.knobs.iter().map(keep).collect();
     let mut kept_again = kept.iter();
     let mut acting = current.acting.clone();

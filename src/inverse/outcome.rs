@@ -36,14 +36,6 @@ pub struct Settled<'a> {
     pub finer: Option<&'a Finer>,
 }
 
-impl<'a> Settled<'a> {
-    /// The same model, to be held against another recording of the same pokes.
-    pub fn with_recording(&self, recording: &'a Recording) -> Self {
-        let Self { settings, evidence, elements, problem, at, finer, .. } = *self;
-        Self { recording, settings, evidence, elements, problem, at, finer }
-    }
-}
-
 /// Share of the step from the finest discretisation to the extrapolated limit that is taken as the standard
 /// deviation of the error left. Why: the extrapolation assumes that the error falls with the element size, while
 /// the size is followed by an unstructured mesh only to about a quarter.

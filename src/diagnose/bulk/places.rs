@@ -19,8 +19,8 @@ const LOOSE_RADIUS: f64 = 0.45;
 /// Places closer to each other than this, over the body's thickness, are neighbours.
 const NEIGHBOURS: f64 = 0.8;
 
-/// Edges where a ball is resolved, over the body's thickness, but no smaller than this share of its radius; how far about it; how they grow
-/// beyond. A ball of any size then takes 2,300 elements at most.
+/// Edges where a ball is resolved, over the body's thickness, but no smaller than this share of its radius: a ball that fills the body would
+/// take more memory than there is. How far about it; how they grow beyond.
 const RESOLVED: f64 = 0.2;
 const RESOLVED_BY_RADIUS: f64 = 0.25;
 const RESOLVED_ABOUT: f64 = 0.15;
@@ -175,5 +175,27 @@ impl Lab<'_> {
             }
         }
         kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every direction has one of them near, and none is there twice.
+    #[test]
+    fn axes_cover_all_directions() {
+        let all: Vec<Vec3> = axes().map(|axis| Vec3::from(axis).normalize()).collect();
+        assert_eq!(all.len(), 13);
+        let nearest = |d: &Vec3| all.iter().map(|a| a.dot(d).abs()).fold(0.0, f64::max);
+        for i in 0..40 {
+            for j in 0..80 {
+                let (z, turn) = (f64::from(i) / 39.0, f64::from(j) * std::f64::consts::PI / 40.0);
+                let across = (1.0 - z * z).sqrt();
+                let d = Vec3::new(across * turn.cos(), across * turn.sin(), z);
+                assert!(nearest(&d) > 28_f64.to_radians().cos(), "{d}");
+            }
+        }
+        assert!((0..13).all(|i| (0..i).all(|j| all[i].dot(&all[j]).abs() < 0.99)));
     }
 }
