@@ -10,7 +10,7 @@
 //! beyond white noise where those over rests were off by 0.5 µm.
 
 use super::creep::Creep;
-use super::rest::{MARGIN_S, SETTLED_S, beyond_chance};
+use super::rest::{beyond_chance, rests};
 use crate::geometry::Vec3;
 use crate::inverse::Evidence;
 use crate::observation::Recording;
@@ -38,15 +38,6 @@ pub(super) fn lasting(recording: &Recording, evidence: &Evidence, creep: &Creep)
         means.extend(of_rest(recording, evidence, creep, [from, until]));
     }
     std::array::from_fn(|axis| UNDER_TIP.powi(2) * beyond_white(&means, axis, evidence.noise.marker_m[axis]))
-}
-
-/// From when to when the tip is off after a poke (s).
-fn rests(recording: &Recording) -> impl Iterator<Item = [f64; 2]> + '_ {
-    let last_s = recording.markers.frame_time_s.last().copied().unwrap_or_default();
-    recording.pokes.iter().enumerate().map(move |(i, poke)| {
-        let until = recording.pokes.get(i + 1).map_or(last_s, |next| next.start_s - MARGIN_S);
-        [poke.end_s + SETTLED_S, until]
-    })
 }
 
 /// The means over one rest, less the median marker's.

@@ -47,12 +47,13 @@ impl Left {
     pub(super) fn of(model: &Model<'_>, acting: &Acting, at: &DVector<f64>) -> Option<Self> {
         let marched = model.march(acting, at)?;
         let mut means = Vec::new();
+        let markers = model.settled.evidence.rest.len();
         for (poke, track) in model.tracks.iter().enumerate() {
             let pieces = Pieces::of(track);
             let share = |channel: usize| at[marched.fitted + channel * model.body.sites + track.site];
             let mut sums = vec![Vec::new(); pieces.count()];
             for sum in &mut sums {
-                sum.resize(3 + 3 * model.marker_sd.len(), Sum::default());
+                sum.resize(3 + 3 * markers, Sum::default());
             }
             let rows = model.force_rows(track, &marched, share(0), true);
             let counted = (0..track.time_s.len()).filter(|&i| track.counts[i]);
@@ -84,10 +85,7 @@ impl Left {
                         (channel, None, 1.0 + sum.n * model.correlation.wander, (ELEMENTS[0] * own).powi(2))
                     } else {
                         let (marker, axis) = ((i - 3) / 3, (i - 3) % 3);
-                        let rest = model.settled.evidence.rest[marker].1.max(1) as f64;
-                        let lasting =
-                            model.correlation.lasting_m2[axis] / model.marker_sd[marker][axis].powi(2);
-                        let noise = (1.0 + sum.n / rest) / (1.0 + 1.0 / rest) + sum.n * lasting;
+                        let noise = 1.0 + sum.n * (1.0 / model.rest_frames(marker) + model.lasting()[axis]);
                         let all = ELEMENTS[1] * largest * sum.n.sqrt();
                         let elements = (ELEMENTS[0] * own).powi(2) + all * all;
                         (Channel::Markers(axis as u8), Some(marker), noise, elements)

@@ -15,12 +15,12 @@ use super::extra::{Extra, Shelf};
 use super::knob::Knob;
 use super::march::{Group, March, march};
 use super::refit::Fitted;
-use super::rest::{Correlation, correlation, force_at_rest};
+use super::rest::{Correlation, correlation, force_at_rest, pauses};
 use super::sums::PokeSums;
-use super::track::{Timeline, Track, timeline, tracks};
+use super::track::{Frame, Timeline, Track, timeline, tracks};
 use crate::geometry::Vec3;
 use crate::inverse::{Parameter, Settled};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use num_dual::DualNum;
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -75,13 +75,16 @@ pub(super) struct Model<'a> {
     owner: Vec<Option<usize>>,
     /// Parameter of the share of what finer elements change.
     finer: Option<usize>,
-    /// Standard deviations of the force (N) and of each marker's displacement from rest (m).
+    /// Standard deviations of a row's force (N) and of a marker in one frame (m), along each axis.
     pub force_sd: [f64; 3],
     /// As above.
-    pub marker_sd: Vec<[f64; 3]>,
+    pub marker_sd: [f64; 3],
     /// How far errors are from white.
     pub correlation: Correlation,
-    rest: Vec<(f64, Vec3)>,
+    /// Times (s) and forces (N) between pokes.
+    pub(super) rest: Vec<(f64, Vec3)>,
+    /// Frames between pokes, from the first poke on.
+    pub(super) pauses: Vec<Vec<Frame>>,
     modulus: f64,
     /// Changes of the body, where the elements have an answer.
     lab: Result<bulk::Lab<'a>, DiagnoseError>,
@@ -177,8 +180,6 @@ impl<'a> Model<'a> {
         let timeline = timeline(settled.recording, &mut tracks);
         let noise = &settled.evidence.noise;
         let rough = Shelf::rough(settled, &tracks);
-        let rest =
-            |(_, rows): &(_, usize)| noise.marker_m.map(|sd| sd * (1.0 + 1.0 / (*rows).max(1) as f64).sqrt());
         Ok(Self {
             settled,
             patches,
@@ -186,9 +187,10 @@ impl<'a> Model<'a> {
             tracks,
             timeline,
             force_sd: noise.force_n,
-            marker_sd: settled.evidence.rest.iter().map(rest).collect(),
+            marker_sd: noise.marker_m,
             correlation: correlation(settled.recording, settled.evidence, &Creep::None),
             rest: force_at_rest(settled.recording),
+            pauses: pauses(settled.recording, settled.evidence),
             body,
             modulus,
             lab,
@@ -281,25 +283,6 @@ impl<'a> Model<'a> {
             self.tracks.par_iter().map(|track| self.track_sums(&marched, at, track)).collect();
         sums.push(self.rest_sums(&marched, at.len()));
         Some(sums)
-    }
-
-    /// The force between pokes is that of a sensor whose zero wanders.
-    fn rest_sums(&self, marched: &Marched<'_>, parameters: usize) -> PokeSums {
-        let fitted = marched.fitted;
-        let mut rows = DMatrix::zeros(3 * self.rest.len(), fitted + 2);
-        for (n, (t, force)) in self.rest.iter().enumerate() {
-            for axis in 0..3 {
-                let model = marched.effects.drift_n_per_s[axis] * *t;
-                let slope = super::dual::gradient(&model, fitted);
-                for i in 0..fitted {
-                    rows[(3 * n + axis, i)] = slope[i] / self.force_sd[axis];
-                }
-                rows[(3 * n + axis, fitted + 1)] = (force[axis] - model.re) / self.force_sd[axis];
-            }
-        }
-        let mut sums = PokeSums::empty(parameters);
-        sums.add(&rows, 0, fitted, self.correlation.force, true);
-        sums
     }
 
     fn effects(&self, acting: &Acting, at: &DVector<f64>) -> Effects {

@@ -101,7 +101,7 @@ impl super::plans::Imagined {
     ) -> Option<PokeSums> {
         let (track, sites) = (&self.track, model.body.sites);
         let share = |marched: &Marched<'_>, which: usize| marched.fitted + which * sites + track.site;
-        let mut sums = PokeSums::empty(rival.at.len());
+        let mut sums = model.no_sums(rival.at.len());
         // With nothing seen a residual is less the prediction: their difference is what is missed.
         let less = |mut rows: DMatrix<f64>, truth: &DMatrix<f64>| {
             let (last, theirs) = (rows.ncols() - 1, truth.ncols() - 1);
@@ -113,16 +113,18 @@ impl super::plans::Imagined {
             model.force_rows(track, marched, fit.at[share(marched, 0)], true)
         };
         let rows = less(forces(own, rival), &forces(truth, right));
-        sums.add(&rows, 0, share(own, 0), model.correlation.force / self.rows_each, true);
+        sums.add(&rows, share(own, 0), model.correlation.force / self.rows_each);
         for frame in track.frames.iter().filter(|f| track.counts_at(f.time_s)) {
             let markers = |marched: &Marched<'_>, fit: &Fitted| {
                 model.marker_rows(track, frame, marched, fit.at[share(marched, 1)])
             };
             // Before the lag of a camera has passed it shows nothing.
             if let (Some(own_rows), Some(truth_rows)) = (markers(own, rival), markers(truth, right)) {
-                sums.add(&less(own_rows, &truth_rows), 1, share(own, 1), 1.0 / self.frames_each, true);
+                let rows = less(own_rows, &truth_rows);
+                sums.add_markers(frame.markers(), &rows, share(own, 1), 1.0 / self.frames_each);
             }
         }
+        sums.weigh_lasting(model.lasting());
         sums.cost.is_finite().then_some(sums)
     }
 }

@@ -2,7 +2,7 @@
 //! within bounds; and how well each poke is predicted by the others.
 
 use super::model::{Acting, Model};
-use super::sums::PokeSums;
+use super::sums::{Offsets, PokeSums};
 use nalgebra::{DMatrix, DVector};
 
 /// A fitted reading.
@@ -47,9 +47,12 @@ impl Fitted {
     pub(super) fn new(model: &Model<'_>, acting: &Acting, at: DVector<f64>) -> Option<Self> {
         let parts = model.sums(acting, &at)?;
         let price: f64 = model.prior_precision(acting).iter().zip(at.iter()).map(|(w, x)| w * x * x).sum();
-        let cost = parts.iter().map(|p| p.cost).sum::<f64>() + price;
         let end = End::OutOfSteps;
-        cost.is_finite().then(|| Self { acting: acting.clone(), at, parts, cost, end })
+        let mut fitted = Self { acting: acting.clone(), at, parts, cost: 0.0, end };
+        let (offsets, weight) = fitted.offsets(model, None);
+        let parts = fitted.parts.iter().map(|p| p.cost).sum::<f64>();
+        fitted.cost = parts + price - offsets.taken_off(&weight).cost;
+        fitted.cost.is_finite().then_some(fitted)
     }
 
     /// The pokes' sums.
@@ -70,7 +73,39 @@ impl Fitted {
             normal += &sums.normal;
             gradient += &sums.gradient;
         }
-        (normal, gradient)
+        let (offsets, weight) = self.offsets(model, without);
+        let off = offsets.taken_off(&weight);
+        (normal - off.normal, gradient - off.gradient)
+    }
+
+    /// Sums over all frames but those of one poke, and what the error of the rest positions, which stays with a marker, takes off: with
+    /// `r` frames at rest `(1 + 1 1ᵀ/r)⁻¹ = 1 − 1 1ᵀ/(r + n)`.
+    fn offsets(&self, model: &Model<'_>, without: Option<usize>) -> (Offsets, DVector<f64>) {
+        let mut parts = self.parts.iter().enumerate().filter(|(i, _)| Some(*i) != without).map(|(_, p)| p);
+        let mut all =
+            parts.next().map_or_else(|| model.no_sums(self.at.len()).offsets, |p| p.offsets.clone());
+        parts.for_each(|part| all.add(&part.offsets));
+        let weight =
+            DVector::from_fn(all.frames.len(), |i, _| (model.rest_frames(i / 3) + all.frames[i]).recip());
+        (all, weight)
+    }
+
+    /// Sum of the residuals of each component of each marker over all frames (m), and what share of such sums its rest position's error takes off.
+    pub(super) fn staying(&self, model: &Model<'_>) -> (DVector<f64>, DVector<f64>) {
+        let (all, weight) = self.offsets(model, None);
+        let residuals = all.rows.column(self.at.len());
+        (residuals.map_with_location(|i, _, r| r * model.marker_sd[i % 3]), weight)
+    }
+
+    /// How each poke pulls at the parameters, all in all the gradient.
+    pub(super) fn pulls(&self, model: &Model<'_>) -> Vec<DVector<f64>> {
+        let (all, weight) = self.offsets(model, None);
+        let off = all.rows.column(self.at.len()).component_mul(&weight);
+        let pull = |sums: &PokeSums| {
+            let taken = sums.offsets.rows.tr_mul(&off);
+            &sums.gradient - taken.rows(0, self.at.len())
+        };
+        self.pokes().iter().map(pull).collect()
     }
 
     /// Sum of squares over the stated noise of all rows in pokes.

@@ -7,9 +7,10 @@
 
 use super::creep::Creep;
 use super::lasting::lasting;
+use super::track::Frame;
 use crate::geometry::Vec3;
 use crate::inverse::Evidence;
-use crate::observation::Recording;
+use crate::observation::{MarkerRow, Recording};
 use nalgebra::{DMatrix, DVector};
 
 /// How far errors are from white.
@@ -36,10 +37,40 @@ pub(super) fn force_at_rest(recording: &Recording) -> Vec<(f64, Vec3)> {
     rows.filter(|(t, _)| !touched(**t)).map(|(t, f)| (*t, Vec3::from(*f))).collect()
 }
 
+/// Frames between pokes, one list for every poke that they follow.
+pub(super) fn pauses(recording: &Recording, evidence: &Evidence) -> Vec<Vec<Frame>> {
+    let markers = &recording.markers;
+    let frame = |rows: &[MarkerRow]| Frame {
+        time_s: markers.frame_time_s[rows[0].frame as usize],
+        seen: rows
+            .iter()
+            .filter(|row| evidence.rest[row.marker as usize].1 > 0)
+            .map(|row| {
+                let marker = row.marker as usize;
+                (marker, Vec3::from(row.position_m) - evidence.rest[marker].0)
+            })
+            .collect(),
+    };
+    let frames: Vec<Frame> = markers.rows.chunk_by(|a, b| a.frame == b.frame).map(frame).collect();
+    let within = |[from, until]: [f64; 2]| {
+        frames.iter().filter(|f| (from..until).contains(&f.time_s)).cloned().collect()
+    };
+    rests(recording).map(within).collect()
+}
+
+/// From when to when the tip is off after each poke (s).
+pub(super) fn rests(recording: &Recording) -> impl Iterator<Item = [f64; 2]> + '_ {
+    let last_s = recording.markers.frame_time_s.last().copied().unwrap_or_default();
+    recording.pokes.iter().enumerate().map(move |(i, poke)| {
+        let until = recording.pokes.get(i + 1).map_or(last_s, |next| next.start_s - MARGIN_S);
+        [poke.end_s + SETTLED_S, until]
+    })
+}
+
 /// Rows so close to a poke (s) do not count as rest.
-pub(super) const MARGIN_S: f64 = 0.05;
+const MARGIN_S: f64 = 0.05;
 /// Nor do markers so soon after one: when and how fast the surface leaves the tip no model here says.
-pub(super) const SETTLED_S: f64 = 0.3;
+const SETTLED_S: f64 = 0.3;
 /// Length of the means (s).
 const BLOCK_S: f64 = 0.5;
 /// Fewer means, or frames, than this say nothing.

@@ -12,18 +12,78 @@ impl Model<'_> {
     /// Sums of one poke.
     pub(super) fn track_sums(&self, marched: &Marched<'_>, at: &DVector<f64>, track: &Track) -> PokeSums {
         let (fitted, sites) = (marched.fitted, self.body.sites);
-        let mut sums = PokeSums::empty(at.len());
+        let mut sums = self.no_sums(at.len());
         let share = [fitted + track.site, fitted + sites + track.site];
         let shares = share.map(|i| at[i]);
         for counts in [true, false] {
             let rows = self.force_rows(track, marched, shares[0], counts);
-            sums.add(&rows, 0, share[0], self.correlation.force, counts);
+            sums.note(0, rows.nrows(), rows.column(fitted + 1).norm_squared());
+            if counts {
+                sums.add(&rows, share[0], self.correlation.force);
+            }
         }
         for frame in &track.frames {
-            let counts = track.counts_at(frame.time_s);
             if let Some(rows) = self.marker_rows(track, frame, marched, shares[1]) {
-                sums.add(&rows, 1, share[1], 1.0, counts);
+                sums.note(1, rows.nrows(), self.stated_chi2(frame, &rows));
+                if track.counts_at(frame.time_s) {
+                    sums.add_markers(frame.markers(), &rows, share[1], 1.0);
+                }
             }
+        }
+        sums.weigh_lasting(self.lasting());
+        sums
+    }
+
+    /// No rows of anything.
+    pub(super) fn no_sums(&self, parameters: usize) -> PokeSums {
+        PokeSums::empty(parameters, self.settled.evidence.rest.len())
+    }
+
+    /// Frames of the mean that a marker's rest position is.
+    pub(super) fn rest_frames(&self, marker: usize) -> f64 {
+        self.settled.evidence.rest[marker].1.max(1) as f64
+    }
+
+    /// Variance of an error that lasts a poke along each axis, over that of a row.
+    pub(super) fn lasting(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| self.correlation.lasting_m2[axis] / self.marker_sd[axis].powi(2))
+    }
+
+    /// Sum of squares of a frame's residuals over the stated noise, that of the rest positions among it.
+    fn stated_chi2(&self, frame: &Frame, rows: &DMatrix<f64>) -> f64 {
+        let residual = rows.column(rows.ncols() - 1);
+        let own = |(n, marker): (usize, usize)| {
+            residual.fixed_rows::<3>(3 * n).norm_squared() / (1.0 + 1.0 / self.rest_frames(marker))
+        };
+        frame.markers().enumerate().map(own).sum()
+    }
+
+    /// Between the pokes: the force is that of a sensor whose zero wanders, the markers move by what is remembered.
+    pub(super) fn rest_sums(&self, marched: &Marched<'_>, parameters: usize) -> PokeSums {
+        let fitted = marched.fitted;
+        let mut rows = DMatrix::zeros(3 * self.rest.len(), fitted + 2);
+        for (n, (t, force)) in self.rest.iter().enumerate() {
+            for axis in 0..3 {
+                let model = marched.effects.drift_n_per_s[axis] * *t;
+                let slope = gradient(&model, fitted);
+                for i in 0..fitted {
+                    rows[(3 * n + axis, i)] = slope[i] / self.force_sd[axis];
+                }
+                rows[(3 * n + axis, fitted + 1)] = (force[axis] - model.re) / self.force_sd[axis];
+            }
+        }
+        let mut sums = self.no_sums(parameters);
+        sums.add(&rows, fitted, self.correlation.force);
+        let time_s: Vec<f64> = self.timeline.rows.iter().map(|row| row.time_s).collect();
+        for pause in &self.pauses {
+            let mut own = self.no_sums(parameters);
+            for frame in pause {
+                if let Some(rows) = self.resting_rows(frame, &time_s, marched) {
+                    own.add_markers(frame.markers(), &rows, fitted, 1.0);
+                }
+            }
+            own.weigh_lasting(self.lasting());
+            sums.join(own);
         }
         sums
     }
@@ -91,10 +151,40 @@ impl Model<'_> {
         marched: &Marched<'_>,
         share: f64,
     ) -> Option<DMatrix<f64>> {
-        let Marched { rows, body, effects, turn, fitted, .. } = marched;
-        let fitted = *fitted;
+        let Marched { rows, effects, fitted, .. } = marched;
         let ([left, right], s) = shown(&track.time_s, effects.lag_s, frame.time_s)?;
-        let [a, b] = [left, right].map(|row| &rows.loads[track.first_row + row]);
+        let mut u = self.displacements(marched, [left, right].map(|row| track.first_row + row), s);
+        if let Some((extra, shelf, modulus)) = &marched.extra {
+            let [a, b] = [left, right].map(|row| rows.depth[track.first_row + row]);
+            let depth = Depth { now: between(a.now, b.now, s), deepest: between(a.deepest, b.deepest, s) };
+            let more = shelf.at(extra, track.index, &depth, modulus.re, *fitted);
+            u += more.rows(3, u.nrows());
+        }
+        Some(self.seen_rows(frame, marched, &u, share))
+    }
+
+    /// The same of a frame between pokes, whose error no site shares. `None` outside of what was marched through, at these times.
+    fn resting_rows(&self, frame: &Frame, time_s: &[f64], marched: &Marched<'_>) -> Option<DMatrix<f64>> {
+        let ([left, right], s) = shown(time_s, marched.effects.lag_s, frame.time_s)?;
+        let at_rest = |row: usize| self.timeline.rows[row].contact.is_none();
+        if !at_rest(left) || !at_rest(right) {
+            return None;
+        }
+        let u = if marched.rows.loads[left].is_empty() {
+            DMatrix::zeros(marched.body.markers.value.nrows(), marched.fitted + 1)
+        } else {
+            self.displacements(marched, [left, right], s)
+        };
+        let mut rows = self.seen_rows(frame, marched, &u, 0.0);
+        rows.column_mut(marched.fitted).fill(0.0);
+        Some(rows)
+    }
+
+    /// Displacements of all markers (m) between two rows of a march: value, then derivatives.
+    fn displacements(&self, marched: &Marched<'_>, rows: [usize; 2], s: Dual) -> DMatrix<f64> {
+        let Marched { body, fitted, .. } = marched;
+        let fitted = *fitted;
+        let [a, b] = rows.map(|row| &marched.rows.loads[row]);
         let load = DVector::from_fn(a.len(), |i, _| between(a[i], b[i], s));
         // Loads with their derivatives → displacements with theirs: one product.
         let mut columns = DMatrix::zeros(load.len(), fitted + 1);
@@ -110,16 +200,17 @@ impl Model<'_> {
             let mut column = u.column_mut(1 + p);
             column.gemv(1.0, change, &columns.column(0), 1.0);
         }
-        if let Some((extra, shelf, modulus)) = &marched.extra {
-            let [a, b] = [left, right].map(|row| rows.depth[track.first_row + row]);
-            let depth = Depth { now: between(a.now, b.now, s), deepest: between(a.deepest, b.deepest, s) };
-            let more = shelf.at(extra, track.index, &depth, modulus.re, fitted);
-            u += more.rows(3, u.nrows());
-        }
+        u
+    }
+
+    /// Columns `[J | share | residual]` of a frame's markers where all of them are displaced by `u`.
+    fn seen_rows(&self, frame: &Frame, marched: &Marched<'_>, u: &DMatrix<f64>, share: f64) -> DMatrix<f64> {
+        let Marched { effects, turn, fitted, .. } = marched;
+        let fitted = *fitted;
         let seen = &frame.seen;
         let mut out = DMatrix::zeros(3 * seen.len(), fitted + 2);
         if effects.camera_acts() {
-            turned(&u, turn, frame, &mut out);
+            turned(u, turn, frame, &mut out);
         } else {
             // Column by column, as they lie in memory.
             for (from, to) in (0..fitted).map(|j| (1 + j, j)).chain([(0, fitted)]) {
@@ -129,8 +220,7 @@ impl Model<'_> {
                 }
             }
         }
-        let scale =
-            DVector::from_fn(3 * seen.len(), |row, _| self.marker_sd[seen[row / 3].0][row % 3].recip());
+        let scale = DVector::from_fn(3 * seen.len(), |row, _| self.marker_sd[row % 3].recip());
         for (row, s) in scale.iter().enumerate() {
             let (marker_row, axis) = (row / 3, row % 3);
             out[(row, fitted + 1)] = (seen[marker_row].1[axis] - out[(row, fitted)] * (1.0 + share)) * s;
@@ -140,7 +230,7 @@ impl Model<'_> {
             column.iter_mut().zip(&scale).for_each(|(x, s)| *x *= all * s);
         }
         self.take_off_sway(&mut out);
-        Some(out)
+        out
     }
 
     /// Whitens rows of one frame against a common motion along each axis.
@@ -152,7 +242,7 @@ impl Model<'_> {
                 continue;
             }
             // Covariance 1 + (S/σ²) 1ᵀ1 per row: the square root of its inverse takes this share of the mean off.
-            let sd = self.marker_sd[0][axis];
+            let sd = self.marker_sd[axis];
             let off = 1.0 - (1.0 + n as f64 * sway * SWAY_FRAMES / (sd * sd)).sqrt().recip();
             for mut column in rows.column_iter_mut() {
                 let mean = (0..n).map(|i| column[3 * i + axis]).sum::<f64>() / n as f64;

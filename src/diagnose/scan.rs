@@ -9,7 +9,7 @@ use super::bulk::BodyChange;
 use super::dual::{Dual, DualSolver, Field, gradient};
 use super::model::Model;
 use super::refit::Fitted;
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// What is read per displacement of the tip at every site: force (3 × 3, N/m), markers (3 markers × 3).
 #[derive(Debug, Clone)]
@@ -21,6 +21,8 @@ struct Site {
     drive: [Matrix3<f64>; 2],
     /// `Σ r xᵀ`: force (N m), markers (m²).
     cross: (Matrix3<f64>, DMatrix<f64>),
+    /// `Σ x` over frames (m).
+    path: Vector3<f64>,
 }
 
 /// Sums over all rows, as a scalar product of maps that are written as vectors.
@@ -28,6 +30,9 @@ struct Sums {
     sites: Vec<Site>,
     /// Inverse variance of each force component (1/N²) and marker component (1/m²).
     weight: ([f64; 3], Vec<f64>),
+    /// `Σ r` over all frames of each marker component (m), and by how much the error of its rest position, which stays, makes a sum over frames
+    /// weigh less.
+    stays: (DVector<f64>, DVector<f64>),
 }
 
 /// A fitted reading, ready to be asked about changes of the body.
@@ -54,10 +59,12 @@ impl Scan {
         let modulus = fitted.at[0].exp();
         let stiffness = model.disc_stiffness(&fitted.acting, &fitted.at);
         let sites = sites(model, fitted, &marched);
+        let stays = fitted.staying(model);
         let body = marched.body;
         let discs: Vec<f64> = stiffness.iter().map(|k| k.re / modulus).collect();
         let maps = maps(&Compliance::of(&body), &discs, modulus)?;
-        let markers = model.marker_sd.iter().flat_map(|sd| sd.map(|s| s.powi(-2))).collect();
+        let count = model.settled.evidence.rest.len();
+        let markers = (0..3 * count).map(|i| model.marker_sd[i % 3].powi(-2)).collect();
         let weight = (model.force_sd.map(|s| s.powi(-2) / model.correlation.force), markers);
         let mut columns = derivatives(&body, &stiffness, fitted.at[0], fittable)?;
         let all = model.prior_precision(&fitted.acting);
@@ -70,7 +77,7 @@ impl Scan {
         // Patches that are left out have columns of zeros.
         let frozen = (0..fittable).map(|i| model.frozen(&fitted.acting, i)).chain(std::iter::repeat(false));
         prior.iter_mut().zip(frozen).filter(|(_, frozen)| *frozen).for_each(|(p, _)| *p = 1.0);
-        let sums = Sums { sites, weight };
+        let sums = Sums { sites, weight, stays };
         let n = columns.len();
         let vectors: Vec<DVector<f64>> = columns.iter().map(Maps::vector).collect();
         let weighed: Vec<_> = columns.iter().map(|column| sums.weighed(column).transpose()).collect();
@@ -110,23 +117,25 @@ impl Scan {
 impl Sums {
     /// What a map's scalar product with others is taken with: driven and over the variance.
     fn weighed(&self, maps: &Maps) -> DVector<f64> {
+        let column = |x: &Vector3<f64>| DVector::from_column_slice(x.as_slice());
+        let along = maps.0.iter().zip(&self.sites).map(|((_, markers), site)| markers * column(&site.path));
+        let stays = along.sum::<DVector<f64>>().component_mul(&self.stays.1);
         let parts = maps.0.iter().zip(&self.sites).map(|((force, markers), site)| {
-            (
-                self.over_variance(force * site.drive[0]),
-                self.markers_over_variance(
-                    markers * DMatrix::from_column_slice(3, 3, site.drive[1].as_slice()),
-                ),
-            )
+            let drive = DMatrix::from_column_slice(3, 3, site.drive[1].as_slice());
+            let driven = markers * drive - &stays * column(&site.path).transpose();
+            (self.over_variance(force * site.drive[0]), self.markers_over_variance(driven))
         });
         Maps(parts.collect()).vector()
     }
 
     /// The same of the residual.
     fn residual(&self) -> DVector<f64> {
-        let parts = self
-            .sites
-            .iter()
-            .map(|site| (self.over_variance(site.cross.0), self.markers_over_variance(site.cross.1.clone())));
+        let stays = self.stays.0.component_mul(&self.stays.1);
+        let parts = self.sites.iter().map(|site| {
+            let path = DVector::from_column_slice(site.path.as_slice());
+            let markers = &site.cross.1 - &stays * path.transpose();
+            (self.over_variance(site.cross.0), self.markers_over_variance(markers))
+        });
         Maps(parts.collect()).vector()
     }
 
@@ -266,9 +275,12 @@ fn derivatives(body: &Body, stiffness: &[Dual], log_modulus: f64, parameters: us
 
 /// Sums over the rows that count.
 fn sites(model: &Model<'_>, fitted: &Fitted, marched: &super::model::Marched) -> Vec<Site> {
-    let markers = 3 * model.marker_sd.len();
-    let none =
-        || Site { drive: [Matrix3::zeros(); 2], cross: (Matrix3::zeros(), DMatrix::zeros(markers, 3)) };
+    let markers = 3 * model.settled.evidence.rest.len();
+    let none = || Site {
+        drive: [Matrix3::zeros(); 2],
+        cross: (Matrix3::zeros(), DMatrix::zeros(markers, 3)),
+        path: Vector3::zeros(),
+    };
     let mut sites: Vec<Site> = (0..model.body.sites).map(|_| none()).collect();
     for track in &model.tracks {
         let share = |channel: usize| fitted.at[marched.fitted + channel * model.body.sites + track.site];
@@ -290,9 +302,10 @@ fn sites(model: &Model<'_>, fitted: &Fitted, marched: &super::model::Marched) ->
             let right = track.time_s.partition_point(|t| *t < frame.time_s).min(track.time_s.len() - 1);
             let x = track.reported_m[right];
             site.drive[1] += x * x.transpose();
+            site.path += x;
             for (n, (marker, _)) in frame.seen.iter().enumerate() {
                 for axis in 0..3 {
-                    let left = rows[(3 * n + axis, marched.fitted + 1)] * model.marker_sd[*marker][axis];
+                    let left = rows[(3 * n + axis, marched.fitted + 1)] * model.marker_sd[axis];
                     for i in 0..3 {
                         site.cross.1[(3 * marker + axis, i)] += left * x[i];
                     }
@@ -325,8 +338,13 @@ mod tests {
         let outer = |of: &[Vec3]| of.iter().map(|x| x * x.transpose()).sum::<Matrix3<f64>>();
         let crossed = |of: &[Vec3]| of.iter().map(|x| left * x.transpose()).sum::<Matrix3<f64>>();
         let cross = DMatrix::from_column_slice(3, 3, crossed(&frames).as_slice());
-        let site = Site { drive: [outer(&rows), outer(&frames)], cross: (crossed(&rows), cross) };
-        let sums = Sums { sites: vec![site], weight: weight.clone() };
+        let path = frames.iter().sum();
+        let site = Site { drive: [outer(&rows), outer(&frames)], cross: (crossed(&rows), cross), path };
+        // Two frames at rest: (1 + 1 1ᵀ/2)⁻¹ = 1 − 1 1ᵀ/5.
+        let stays = (left * frames.len() as f64, Vector3::repeat(0.2));
+        let stays = [stays.0, stays.1].map(|v| DVector::from_column_slice(v.as_slice()));
+        let stays = (stays[0].clone(), stays[1].clone());
+        let sums = Sums { sites: vec![site], weight: weight.clone(), stays };
 
         let read = |maps: &Maps| -> Vec<(f64, f64)> {
             let (force, markers) = &maps.0[0];
@@ -337,10 +355,21 @@ mod tests {
             }
             all
         };
-        let product: f64 = read(&a).iter().zip(read(&b)).map(|((w, x), (_, y))| w * x * y).sum();
-        assert!((sums.weighed(&a).dot(&b.vector()) - product).abs() < 1e-12 * product.abs());
-        let per_axis = rows.len() + frames.len();
-        let pulled: f64 = read(&a).iter().enumerate().map(|(i, (w, x))| w * x * left[i / per_axis]).sum();
+        // Products over all rows, and for a marker's component less a share of that of the sums over its frames.
+        let count = rows.len() + frames.len();
+        let product = |a: &[(f64, f64)], b: &[(f64, f64)]| -> f64 {
+            let one = |(a, b): (&[(f64, f64)], &[(f64, f64)])| {
+                let (own, seen) = (&a[..rows.len()], &a[rows.len()..]);
+                let by_row = own.iter().chain(seen).zip(b).map(|((w, x), (_, y))| w * x * y).sum::<f64>();
+                let sum = |of: &[(f64, f64)]| of[rows.len()..].iter().map(|(_, x)| x).sum::<f64>();
+                by_row - 0.2 * seen[0].0 * sum(a) * sum(b)
+            };
+            a.chunks(count).zip(b.chunks(count)).map(one).sum()
+        };
+        let expected = product(&read(&a), &read(&b));
+        assert!((sums.weighed(&a).dot(&b.vector()) - expected).abs() < 1e-12 * expected.abs());
+        let residual: Vec<(f64, f64)> = (0..3 * count).map(|i| (0.0, left[i / count])).collect();
+        let pulled = product(&read(&a), &residual);
         assert!((sums.residual().dot(&a.vector()) - pulled).abs() < 1e-12 * pulled.abs());
     }
 }

@@ -16,12 +16,10 @@ impl Fitted {
     /// not determined.
     pub(super) fn stated_covariance(&self, model: &Model<'_>) -> Option<DMatrix<f64>> {
         let own = self.covariance(model)?;
-        let pulls: Vec<DVector<f64>> = (0..model.body.sites)
-            .map(|site| {
-                let at_site = self.pokes().iter().zip(&model.tracks).filter(|(_, track)| track.site == site);
-                at_site.map(|(sums, _)| &sums.gradient).fold(DVector::zeros(self.at.len()), |sum, g| sum + g)
-            })
-            .collect();
+        let mut pulls = vec![DVector::zeros(self.at.len()); model.body.sites];
+        for (pull, track) in self.pulls(model).iter().zip(&model.tracks) {
+            pulls[track.site] += pull;
+        }
         Some(widened(own, &pulls))
     }
 }

@@ -104,6 +104,13 @@ pub(super) struct Frame {
 /// describes, shows in the others.
 pub(super) const LEAST_DEPTH: f64 = 0.05;
 
+impl Frame {
+    /// Indices of the markers seen.
+    pub(super) fn markers(&self) -> impl Iterator<Item = usize> + '_ {
+        self.seen.iter().map(|(marker, _)| *marker)
+    }
+}
+
 impl Track {
     /// Whether a fit goes by what is seen at this time (s).
     pub(super) fn counts_at(&self, time_s: f64) -> bool {
