@@ -3,6 +3,7 @@
 use super::diagnosis::Curve;
 use super::model::Model;
 use super::refit::Fitted;
+use super::track::Frame;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -39,14 +40,12 @@ fn predicted(model: &Model<'_>, fitted: &Fitted, poke: usize) -> Option<Predicte
     let marched = model.march_near(fitted, &at)?;
     let track = &model.tracks[poke];
     let share = |channel: usize| at[marched.fitted + channel * model.body.sites + track.site];
-    let rms = |rows: &DMatrix<f64>| {
-        let residual = rows.column(rows.ncols() - 1);
-        (residual.norm_squared() / residual.len().max(1) as f64).sqrt()
+    let rms = |frame: &Frame, rows: &DMatrix<f64>| {
+        (model.stated_chi2(frame, rows) / rows.nrows().max(1) as f64).sqrt()
     };
-    let markers = track
-        .frames
-        .iter()
-        .map(|frame| model.marker_rows(track, frame, &marched, share(1)).map_or(f64::NAN, |rows| rms(&rows)));
+    let markers = track.frames.iter().map(|frame| {
+        model.marker_rows(track, frame, &marched, share(1)).map_or(f64::NAN, |rows| rms(frame, &rows))
+    });
     let markers = markers.collect();
     let force_n = (0..track.time_s.len())
         .map(|row| {

@@ -50,7 +50,7 @@ impl Model<'_> {
     }
 
     /// Sum of squares of a frame's residuals over the stated noise, that of the rest positions among it.
-    fn stated_chi2(&self, frame: &Frame, rows: &DMatrix<f64>) -> f64 {
+    pub(super) fn stated_chi2(&self, frame: &Frame, rows: &DMatrix<f64>) -> f64 {
         let residual = rows.column(rows.ncols() - 1);
         let own = |(n, marker): (usize, usize)| {
             residual.fixed_rows::<3>(3 * n).norm_squared() / (1.0 + 1.0 / self.rest_frames(marker))
