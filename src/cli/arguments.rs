@@ -9,6 +9,7 @@ use super::conceal::ConcealArguments;
 use super::demo::DemoArguments;
 use super::diagnose::DiagnoseArguments;
 use super::doctor::DoctorArguments;
+use super::dots::DotsArguments;
 use super::draw::DrawArguments;
 use super::experiment::BlockExperimentArguments;
 use super::fit::FitArguments;
@@ -67,6 +68,7 @@ pub(super) enum Command {
     Session(SessionArguments),
     Replay(ReplayArguments),
     Track(TrackArguments),
+    Dots(DotsArguments),
     Calibrate(CalibrateArguments),
     Doctor(DoctorArguments),
     Completions(CompletionArguments),

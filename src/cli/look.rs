@@ -37,11 +37,11 @@ pub(super) fn look(
     }
     let eye = Eye::of(camera, settings)
         .with_context(|| format!("{}: nothing is known of the camera's lens", session.folder().display()))?;
-    let [from, until] = first_rest(session)?;
+    let rest = first_rest(session)?;
     let bar = context.progress.bar("following the dots", frames);
-    let followed = follow(session, &eye, from, &mut || bar.advance())
+    let followed = follow(session, &eye, rest, &mut || bar.advance())
         .with_context(|| session.folder().display().to_string())?;
-    let resting = dots_at_rest(&followed, from, until);
+    let resting = dots_at_rest(&followed, rest[0], rest[1]);
     Ok(Some(Looked { eye, followed, resting }))
 }
 

@@ -3,7 +3,7 @@
 use super::arguments::{Cli, Command, Experiment, Shape};
 use super::{
     Context, Exit, Outcome, Progress, UsageError, bench, block_mesh, calibrate, check, completions, conceal,
-    demo, diagnose, doctor, draw, experiment, fit, interrupt, plan, poke, predict, prove, replay,
+    demo, diagnose, doctor, dots, draw, experiment, fit, interrupt, plan, poke, predict, prove, replay,
     run_protocol, session, track,
 };
 use anyhow::Context as _;
@@ -59,6 +59,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Session(arguments) => session::run(&arguments.action, &context),
         Command::Replay(arguments) => replay::run(arguments),
         Command::Track(arguments) => track::run(arguments, &context),
+        Command::Dots(arguments) => dots::run(arguments, &context),
         Command::Calibrate(arguments) => calibrate::run(&arguments.what, &context),
         Command::Doctor(arguments) => doctor::run(arguments, &context),
         Command::Completions(arguments) => Ok(completions::run(arguments)),

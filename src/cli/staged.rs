@@ -28,6 +28,8 @@ pub enum Kind {
     Tables,
     /// The dots of a session's pictures.
     Tracks,
+    /// The dots of pictures.
+    Dots,
     /// What an instrument is worth.
     Calibration,
     /// Files of this program that are needed only while it runs.
@@ -44,6 +46,7 @@ impl Kind {
             Self::Experiment => "experiment",
             Self::Tables => "tables",
             Self::Tracks => "tracks",
+            Self::Dots => "dots",
             Self::Calibration => "calibration",
             Self::Scratch => "scratch",
         }

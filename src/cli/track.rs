@@ -41,6 +41,8 @@ pub(super) struct TrackArguments {
 const STRIP: usize = 6;
 /// Fewer of the dots seen than this share are worth a word.
 const SEEN: f64 = 0.9;
+/// So are dots that were not there at rest in more than this share of the frames.
+const OTHERS: f64 = 0.05;
 
 pub(super) fn run(arguments: &TrackArguments, context: &Context) -> anyhow::Result<Outcome> {
     let session = Session::open(&arguments.session)?;
@@ -67,6 +69,10 @@ pub(super) fn run(arguments: &TrackArguments, context: &Context) -> anyhow::Resu
     let counts = &looked.followed.counts;
     let total = counts.seen + counts.unseen.values().sum::<u64>();
     let share = counts.seen as f64 / (total as f64).max(1.0);
+    let hidden = looked.followed.hidden_at_first;
+    let with_others = looked.followed.frames.iter().filter(|f| f.others > 0).count();
+    let others_share = with_others as f64 / (looked.followed.frames.len() as f64).max(1.0);
+    let most_others = looked.followed.frames.iter().map(|f| f.others).max().unwrap_or(0);
     let rest = rest_scatter_m(&looked, &attached);
     let json = json!({
         "format": "phantom-track/1",
@@ -75,10 +81,12 @@ pub(super) fn run(arguments: &TrackArguments, context: &Context) -> anyhow::Resu
         "lost_frames": counts.lost_frames,
         "incomplete_frames": counts.incomplete,
         "dots": looked.followed.reference.len(),
+        "hidden_at_first": hidden,
         "markers": attached.markers.len(),
         "elsewhere": attached.elsewhere,
         "seen_share": share,
         "unseen": counts.unseen,
+        "other_dots": { "frames_share": others_share, "most": most_others },
         "rest_scatter_m": rest,
         "largest_standoff_m": attached.standoff_m.iter().copied().fold(0.0, f64::max),
     });
@@ -98,6 +106,20 @@ pub(super) fn run(arguments: &TrackArguments, context: &Context) -> anyhow::Resu
     );
     for (why, count) in &counts.unseen {
         let _ = write!(text, "\n  not: {why}: {:.2} %", 1e2 * *count as f64 / total as f64);
+    }
+    if hidden > 0 {
+        let _ = write!(
+            text,
+            "\n{hidden} of the dots were hidden in the first picture at rest, and seen in others of that time"
+        );
+    }
+    if others_share > OTHERS {
+        let _ = write!(
+            text,
+            "\nin {:.0} % of the frames there are dots that were not seen at rest ({most_others} at most): hidden then, or glints. \
+             They are not followed",
+            1e2 * others_share
+        );
     }
     let _ = write!(text, "\nLook at {}", arguments.out.join("overlay.png").display());
     let good = share >= SEEN && counts.incomplete == 0 && !attached.markers.is_empty();

@@ -3,6 +3,7 @@
 mod check;
 mod completions;
 mod diagnose;
+mod dots;
 #[path = "../bundles/fixture.rs"]
 mod fixture;
 mod mesh_block;

@@ -6,17 +6,19 @@
 //!                                                                      offsets of discs, excess of residuals
 //! ```
 //!
+//! Pictures that do not fit the others, and then single points that are not where they should be, are left out and all is adjusted again.
+//!
 //! The centre of a disc's picture is not the picture of its centre (see [`DiscInSpace`]): with the poses known the difference is computed and
 //! taken off the points, and all is adjusted again, until nothing changes.
 
-use super::adjust::{Leftover, Sight, State, adjust, excess, median, residuals, spread};
+use super::adjust::{Leftover, Sight, State, adjust, excess, median, normalised, residuals, spread};
 use super::homography::homography;
 use super::normal::Free;
 use super::report::report;
 use super::zhang::{first_camera, first_pose};
 use super::{Board, BoardKind, BoardPoint, BoardView, LensError, LensFound, Pose};
 use crate::geometry::Mat3;
-use crate::track::DiscInSpace;
+use crate::track::{Camera, DiscInSpace};
 use nalgebra::Vector2;
 
 /// Which terms of distortion are found; the others are 0.
@@ -39,6 +41,11 @@ const SETTLED: f64 = 1e-3;
 const SETTLED_PX: f64 = 1e-5;
 /// A picture with so many times the usual median residual is not like the others.
 const STRANGER: f64 = 3.0;
+/// A point this many standard deviations from where it should be is an outlier.
+const OUTLIER: f64 = 5.0;
+/// Largest share of points that may be outliers, and of the tenth of them that is farthest from the optical axis. Where it are more, it is
+/// the model that does not fit, and without them it would fit what is left of the picture only.
+const MOST_OUTLIERS: [f64; 2] = [0.1, 0.33];
 
 /// Finds the camera, with the distortion k₁, k₂, p₁, p₂.
 ///
@@ -134,6 +141,10 @@ pub(super) struct Used {
     pub(super) pictures: Vec<usize>,
     /// Which ones do not fit the others, whether they were left out or not.
     pub(super) strangers: Vec<usize>,
+    /// For each of `pictures`, its outliers. The camera is found without them, unless they are too many.
+    pub(super) outliers: Vec<Vec<usize>>,
+    /// The camera before they were left out; none where nothing was.
+    pub(super) before: Option<Camera>,
     pub(super) solved: Solved,
 }
 
@@ -156,6 +167,10 @@ fn solve_without_strangers(
         }
         pictures.retain(|k| !strangers.contains(k));
     };
+    let camera = state.camera;
+    let (solved, outliers, left_any_out) =
+        solve_without_outliers(state, seen, board, free, &pictures, solved);
+    let before = left_any_out.then_some(camera);
     let left_out: Vec<usize> = (0..seen.len()).filter(|k| !pictures.contains(k)).collect();
     for &k in &left_out {
         let (mut part, part_seen) = state.part(&[k], seen);
@@ -165,7 +180,82 @@ fn solve_without_strangers(
         }
     }
     strangers.extend(left_out);
-    Ok(Used { pictures, strangers, solved })
+    Ok(Used { pictures, strangers, outliers, before, solved })
+}
+
+/// Leaves out points that are not where they should be and solves again, until they are the same ones. What is left, the outliers of
+/// each of `pictures`, and whether they were left out: where they turn out to be too many, nothing is.
+fn solve_without_outliers(
+    state: &mut State,
+    seen: &[Vec<Sight>],
+    board: &Board,
+    free: &Free,
+    pictures: &[usize],
+    solved: Solved,
+) -> (Solved, Vec<Vec<usize>>, bool) {
+    let (mut part, all) = state.part(pictures, seen);
+    let far = |part: &State, excess: f64| outliers(part, &without_offsets(&all, part, board), excess);
+    let first = far(&part, solved.excess);
+    if first.iter().all(Vec::is_empty) {
+        return (solved, first, false);
+    }
+    let (mut left_out, mut again) = (first.clone(), None);
+    for _ in 0..ROUNDS {
+        let kept = without(&all, &left_out);
+        let solved_again = if are_many(&part, &all, &left_out) {
+            None
+        } else {
+            // What single points decided is not decided by the others.
+            solve(&mut part, &kept, board, free).ok()
+        };
+        let Some(solved_again) = solved_again else { return (solved, first, false) };
+        let outliers = far(&part, solved_again.excess);
+        let settled = outliers == left_out;
+        again = Some((solved_again, std::mem::replace(&mut left_out, outliers)));
+        if settled {
+            break;
+        }
+    }
+    let (solved, left_out) = again.unwrap_or((solved, first));
+    state.put(pictures, &part);
+    let any = !left_out.iter().all(Vec::is_empty);
+    (solved, left_out, any)
+}
+
+/// Whether outliers are so many, or so many of those far out, that they are no errors of points.
+fn are_many(state: &State, sights: &[Vec<Sight>], outliers: &[Vec<usize>]) -> bool {
+    let pictures = state.poses.iter().zip(sights).zip(outliers);
+    let mut points: Vec<(f64, bool)> = pictures
+        .flat_map(|((pose, sights), outliers)| {
+            sights.iter().enumerate().map(move |(i, sight)| {
+                let at = pose.apply(sight.board_m);
+                (at.xy().norm() / at.z, outliers.contains(&i))
+            })
+        })
+        .collect();
+    points.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let share =
+        |points: &[(f64, bool)]| points.iter().filter(|p| p.1).count() as f64 / points.len().max(1) as f64;
+    share(&points) > MOST_OUTLIERS[0] || share(&points[..points.len().div_ceil(10)]) > MOST_OUTLIERS[1]
+}
+
+/// Points of each picture, from 0, that are not where they should be.
+fn outliers(state: &State, sights: &[Vec<Sight>], excess: f64) -> Vec<Vec<usize>> {
+    let Some(left) = residuals(state, sights) else { return vec![Vec::new(); sights.len()] };
+    let far = |(residuals, sights): (&Vec<Vector2<f64>>, &Vec<Sight>)| {
+        let pairs = residuals.iter().zip(sights).enumerate();
+        pairs.filter(|(_, (r, s))| normalised(r, s) > OUTLIER * excess).map(|(i, _)| i).collect()
+    };
+    left.iter().zip(sights).map(far).collect()
+}
+
+/// The points of each picture but some of them.
+pub(super) fn without(sights: &[Vec<Sight>], left_out: &[Vec<usize>]) -> Vec<Vec<Sight>> {
+    let kept = |(sights, left_out): (&Vec<Sight>, &Vec<usize>)| {
+        let points = sights.iter().enumerate();
+        points.filter(|(i, _)| !left_out.contains(i)).map(|(_, sight)| *sight).collect()
+    };
+    sights.iter().zip(left_out).map(kept).collect()
 }
 
 /// Pictures, from 0, most of whose points fit three times worse than is usual.

@@ -3,12 +3,14 @@
 use super::adjust::{Sight, State};
 use super::normal::LensSquare;
 use super::pose::{PARAMETERS, Pose};
-use crate::geometry::Mat3;
+use crate::geometry::{Mat3, Vec3};
 use crate::track::Camera;
-use nalgebra::{Matrix2x3, SMatrix, Vector2};
+use nalgebra::{Matrix2x3, Rotation3, SMatrix, Vector2};
 
 /// Places along each edge of the picture at which the lens is looked at.
 const PLACES: usize = 9;
+/// Steps of Gauss and Newton to the turn between two cameras, which is small.
+const TURNS: usize = 4;
 
 /// Largest angle between the normals of two boards (rad).
 pub(super) fn turned(poses: &[Pose]) -> f64 {
@@ -59,6 +61,30 @@ pub(super) fn lens_sd_px(camera: &Camera, covariance: &LensSquare) -> f64 {
     both.iter().map(variance).fold(0.0, f64::max).sqrt()
 }
 
+/// Distances between where two cameras see rays over the whole picture of the second (px), after the small turn that brings them closest.
+pub(super) fn apart_px(found: &Camera, other: &Camera) -> Vec<f64> {
+    let rays: Vec<Vec3> = rays(other).iter().map(|ray| ray.push(1.0)).collect();
+    let difference = |ray: &Vec3, turn: &Vec3| -> Option<Vector2<f64>> {
+        let seen = found.project(Rotation3::new(*turn) * ray)?;
+        Some(Vector2::from(seen) - Vector2::from(other.project(*ray)?))
+    };
+    let mut turn = Vec3::zeros();
+    for _ in 0..TURNS {
+        let (mut normal, mut right) = (Mat3::zeros(), Vec3::zeros());
+        for ray in &rays {
+            let Some(difference) = difference(ray, &turn) else { continue };
+            let n = ray.xy();
+            let by_ray = found.pixel_jacobian(n) * Matrix2x3::new(1.0, 0.0, -n.x, 0.0, 1.0, -n.y);
+            let by_turn = -by_ray * ray.cross_matrix();
+            normal += by_turn.transpose() * by_turn;
+            right -= by_turn.transpose() * difference;
+        }
+        let Some(factor) = normal.cholesky() else { break };
+        turn += factor.solve(&right);
+    }
+    rays.iter().filter_map(|ray| Some(difference(ray, &turn)?.norm())).collect()
+}
+
 /// A mesh of pixels over the whole picture, its corners included.
 fn pixels(camera: &Camera) -> Vec<[f64; 2]> {
     let place = |k: usize, size: usize| size as f64 * k as f64 / (PLACES - 1) as f64 - 0.5;
@@ -67,7 +93,7 @@ fn pixels(camera: &Camera) -> Vec<[f64; 2]> {
 }
 
 /// The rays of those pixels; without distortion where the lens folds before them.
-pub(super) fn rays(camera: &Camera) -> Vec<Vector2<f64>> {
+fn rays(camera: &Camera) -> Vec<Vector2<f64>> {
     let straight = Camera { radial: [0.0; 3], tangential: [0.0; 2], ..*camera };
     let ray = |pixel: [f64; 2]| camera.undistort(pixel).or_else(|| straight.undistort(pixel));
     pixels(camera).into_iter().filter_map(ray).collect()

@@ -10,7 +10,7 @@ use crate::track::Camera;
 pub struct PictureFit {
     /// Where the board was; where columns or rows are missing, up to a shift by some of them.
     pub pose: Pose,
-    /// Root mean square residual of its points (px).
+    /// Root mean square residual of its points (px), without those that were left out.
     pub rms_px: f64,
     /// Median residual over what the points' covariances say: 1 where they are true. Outliers do not change it.
     pub spread: f64,
@@ -19,8 +19,20 @@ pub struct PictureFit {
     /// Root mean square residual for a camera from the other half of the pictures, with only the pose of this one adjusted; none with
     /// fewer than six pictures, where a half alone leaves a camera open, and for a picture that was left out.
     pub held_out_rms_px: Option<f64>,
-    /// Points that are farther from where they should be than five standard deviations, from 0; not looked for in strangers.
+    /// Points that are farther from where they should be than five standard deviations, from 0; not looked for in strangers. See
+    /// [`LensFound::left_out`].
     pub outliers: Vec<usize>,
+}
+
+/// What single points that are not where they should be would have done to the camera.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeftOut {
+    /// How many were left out, in all pictures.
+    pub points: usize,
+    /// The camera that they would have been part of.
+    pub with_them: Camera,
+    /// Largest distance in the picture between where the two cameras see a ray (px), as far as a turn does not make up for it.
+    pub moved_px: f64,
 }
 
 /// A camera, how surely, and how far to be trusted.
@@ -49,6 +61,9 @@ pub struct LensFound {
     pub corner_radius: f64,
     /// Whether the distortion folds over within the picture.
     pub folds: bool,
+    /// What leaving out the pictures' outliers changed; none where there are none, and where they are more than a tenth of all points
+    /// or a third of those farthest out: then the camera was found with them, as far as they count.
+    pub left_out: Option<LeftOut>,
 }
 
 /// Below this share of the corners' radius distortion is extrapolated far.

@@ -137,6 +137,7 @@ mod tests {
             covered_radius: 0.4,
             corner_radius: 0.5,
             folds: false,
+            left_out: None,
         }
     }
 

@@ -49,7 +49,7 @@ pub use board::{Board, BoardKind};
 pub use calibrate::{Distortion, calibrate_lens, calibrate_lens_with};
 pub use error::LensError;
 pub use finding::Finding;
-pub use found::{LensFound, PictureFit};
+pub use found::{LeftOut, LensFound, PictureFit};
 pub use lens_file::LensFile;
 pub use pose::Pose;
 pub use seen::{BoardPoint, BoardView, board_in};

@@ -2,10 +2,10 @@
 
 use crate::calib::lens::{Board, BoardView, LensError, board_in};
 use crate::cli::Context;
+use crate::cli::picture_files::in_folder;
 use crate::session::{Picture, Session};
 use crate::track::GreyView;
 use anyhow::{Context as _, bail};
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 /// A picture with the board that it shows.
@@ -29,8 +29,6 @@ pub(super) struct BoardPictures {
 const AT_REST_PX: f64 = 0.3;
 /// A pose is another one where points moved by this share of the picture's width on average.
 const ANOTHER: f64 = 0.03;
-/// What counts as a picture in a folder.
-const ENDINGS: [&str; 3] = ["png", "jpg", "jpeg"];
 
 /// The board in each picture of `sources`. Of a session's frames those are taken in which the board is at rest, once for each of its poses.
 ///
@@ -68,23 +66,6 @@ pub(super) fn board_pictures(
         bail!("{} has {w} × {h} pixels, {} {width} × {height}: one camera, one size", first.name, other.name);
     }
     Ok(pictures)
-}
-
-fn in_folder(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let name = || folder.display().to_string();
-    let is_picture = |file: &PathBuf| {
-        let ending = file.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
-        ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
-    };
-    let entries = std::fs::read_dir(folder).with_context(name)?;
-    let mut files: Vec<PathBuf> =
-        entries.map(|entry| entry.map(|e| e.path())).collect::<Result<_, _>>().with_context(name)?;
-    files.retain(is_picture);
-    files.sort();
-    if files.is_empty() {
-        bail!("{}: no session, and no pictures ({})", folder.display(), ENDINGS.join(", "));
-    }
-    Ok(files)
 }
 
 /// Frames in which the board is at rest, one for each of its poses.

@@ -1,7 +1,9 @@
 //! `calibrate camera`: what the camera's lens does, from pictures of a flat board.
 
 use super::board_pictures::{BoardPicture, board_pictures};
-use crate::calib::lens::{Board, BoardKind, Distortion, Finding, LensFile, LensFound, calibrate_lens_with};
+use crate::calib::lens::{
+    Board, BoardKind, Distortion, Finding, LeftOut, LensFile, LensFound, calibrate_lens_with,
+};
 use crate::cli::{Context, Exit, Outcome, StagedFile, UsageError};
 use crate::report::{MarkedDot, strip};
 use crate::session::utc_text;
@@ -93,6 +95,7 @@ pub(super) fn run(arguments: &CameraArguments, context: &Context) -> anyhow::Res
         done.finish()?;
     }
     text += &said(&found, &board);
+    text += &found.left_out.as_ref().map_or_else(String::new, |left_out| without_points(&found, left_out));
     let remarks: Vec<String> =
         found.findings().iter().map(|finding| remark(finding, &pictures.with)).collect();
     for remark in &remarks {
@@ -117,6 +120,16 @@ pub(super) fn run(arguments: &CameraArguments, context: &Context) -> anyhow::Res
         "rms_px": found.rms_px,
         "held_out_rms_px": found.held_out_rms_px,
         "chi2_per_dof": found.chi2_per_dof,
+        "points_left_out": found.left_out.as_ref().map(|left_out| json!({
+            "points": left_out.points,
+            "moved_px": left_out.moved_px,
+            "with_them": {
+                "focal_px": left_out.with_them.focal_px,
+                "principal_px": left_out.with_them.principal_px,
+                "radial": left_out.with_them.radial,
+                "tangential": left_out.with_them.tangential,
+            },
+        })),
         "remarks": remarks,
     });
     let exit = if remarks.is_empty() { Exit::Good } else { Exit::Degraded };
@@ -169,6 +182,18 @@ fn said(found: &LensFound, board: &Board) -> String {
         found.lens_sd_px
     );
     text
+}
+
+/// What it changed that points were left out.
+fn without_points(found: &LensFound, left_out: &LeftOut) -> String {
+    let (camera, before) = (&found.camera, &left_out.with_them);
+    let [fx, fy] = [0, 1].map(|k| camera.focal_px[k] - before.focal_px[k]);
+    let [cx, cy] = [0, 1].map(|k| camera.principal_px[k] - before.principal_px[k]);
+    format!(
+        "\nfound without {} points that are not where they should be: that changed the focal lengths by {fx:+.2} and {fy:+.2} px, \
+         the principal point by ({cx:+.2}, {cy:+.2}) px, and moved rays by up to {:.3} px",
+        left_out.points, left_out.moved_px
+    )
 }
 
 /// A finding, with the name of the picture that it is about.

@@ -73,6 +73,7 @@ mod tests {
                 places: (0..3)
                     .map(|dot| place(unexplained(number, dot)).filter(|_| dot < 2 || number != 26))
                     .collect(),
+                others: 0,
             })
             .collect();
         assert_eq!(leave_out_unclear(&mut frames), 21);

@@ -1,11 +1,12 @@
 //! The tracker on the frames of a session.
 
 use super::clear::leave_out_unclear;
+use super::reference::Thinned;
 use crate::clock::HostTime;
 use crate::dataset::DatasetError;
 use crate::geometry::{Mat3, Vec3};
 use crate::session::{CameraDocument, Pixels, RecordedFrame, Session, SessionError};
-use crate::track::{Camera, DepthView, Dot, GreyView, Lost, NoDepth, Settings, State, Tracker};
+use crate::track::{Camera, DepthView, Dot, Frame, GreyView, Lost, NoDepth, Settings, State, Tracker};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -57,6 +58,8 @@ pub struct FollowedFrame {
     pub number: u32,
     /// Each dot of the reference where it is certain, in full view, and has a depth.
     pub places: Vec<Option<Place>>,
+    /// What looks like a dot, and is none of the reference nor may be one.
+    pub others: usize,
 }
 
 /// What became of frames and dots, counted.
@@ -77,8 +80,10 @@ pub struct FrameCounts {
 /// All frames, followed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Followed {
-    /// The dots of the reference picture; everything else is in their order.
+    /// The dots at rest; everything else is in their order.
     pub reference: Vec<Dot>,
+    /// How many of them, the last ones, the reference picture did not show.
+    pub hidden_at_first: usize,
     /// The reference picture.
     pub picture: Pixels<u8>,
     /// The frames in their order.
@@ -87,31 +92,36 @@ pub struct Followed {
     pub counts: FrameCounts,
 }
 
-/// Follows the dots of the first whole frame at or after `from` through all frames of a session, also those before it. `tell` hears of
-/// every frame.
+/// Follows the dots of the first whole frame in which nothing moves, between the two times of `rest`, and those that other frames of that
+/// time show beside them, through all frames of a session, also those before it. `tell` hears of every frame.
 ///
 /// # Errors
-/// [`DatasetError`]: the session cannot be read, no frame after `from` has both pictures, the tracker refuses them.
+/// [`DatasetError`]: the session cannot be read, no frame after the first time has both pictures, the tracker refuses them.
 pub fn follow(
     session: &Session,
     eye: &Eye,
-    from: HostTime,
+    rest: [HostTime; 2],
     tell: &mut (dyn FnMut() + Send),
 ) -> Result<Followed, DatasetError> {
     let mut picture = None;
+    let mut resting = Thinned::default();
     for frame in session.frames() {
         let frame = frame?;
-        if frame.frame.host >= from
-            && let Some((grey, _)) = decoded(&frame)
-        {
-            picture = Some(grey);
+        let host = frame.frame.host;
+        if picture.is_some() && host > rest[1] {
             break;
         }
+        if host < rest[0] || !resting.takes_next() {
+            continue;
+        }
+        let Some((grey, _)) = decoded(&frame) else { continue };
+        let [width, height] = grey.size_px;
+        let view = GreyView::new(width, height, width, &grey.values)?;
+        resting.put(Tracker::reference_dots(&view, &eye.settings)?);
+        picture.get_or_insert(grey);
     }
     let picture = picture.ok_or(DatasetError::NoPictures)?;
-    let [width, height] = picture.size_px;
-    let grey = GreyView::new(width, height, width, &picture.values)?;
-    let reference = Tracker::reference_dots(&grey, &eye.settings)?;
+    let (reference, hidden_at_first) = resting.reference();
     let mut walk =
         Walk { eye, reference: &reference, tracker: None, last: None, counts: FrameCounts::default() };
     let mut followed = Vec::new();
@@ -136,7 +146,7 @@ pub fn follow(
         counts.seen -= unclear;
         counts.unseen.insert("partly covered, or a shadow's edge across it", unclear);
     }
-    Ok(Followed { reference, picture, frames: followed, counts })
+    Ok(Followed { reference, hidden_at_first, picture, frames: followed, counts })
 }
 
 /// Frames that are decoded together.
@@ -201,8 +211,16 @@ impl Walk<'_> {
         let found = tracker.step(&grey, Some(&depth), host.seconds_after(HostTime::from_nanos(0)))?;
         self.counts.frames += 1;
         let places = found.dots.iter().map(|state| self.counts.place(state)).collect();
-        Ok(Some(FollowedFrame { segment, host, number, places }))
+        let others = others(&found);
+        Ok(Some(FollowedFrame { segment, host, number, places, others }))
     }
+}
+
+/// Detections that are no dot of the reference, less those that may be one: as many as the dots that may be several. Where it is not known
+/// how all dots moved, nothing is known of any.
+fn others(found: &Frame) -> usize {
+    let lost = |why: Lost| found.dots.iter().filter(|d| **d == State::Lost(why)).count();
+    if lost(Lost::Ambiguous) > 0 { 0 } else { found.strangers.saturating_sub(lost(Lost::Doubtful)) }
 }
 
 impl FrameCounts {

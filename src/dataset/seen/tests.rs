@@ -124,7 +124,7 @@ fn dots_on_the_slab_become_markers_where_they_are() {
     });
     let eye = Eye { camera: camera(), metres_per_unit: UNIT_M, settings: Settings::default() };
     let mut told = 0;
-    let followed = follow(&session, &eye, at(3), &mut || told += 1).expect("dots");
+    let followed = follow(&session, &eye, [at(3), at(10)], &mut || told += 1).expect("dots");
     assert_eq!(told, 29);
     let counts = &followed.counts;
     assert_eq!((counts.frames, counts.lost_frames, counts.incomplete), (28, 1, 1));
@@ -162,6 +162,34 @@ fn dots_on_the_slab_become_markers_where_they_are() {
     assert_eq!(without.markers.len(), 35);
 }
 
+/// One dot is hidden in the first picture and then seen at rest, another as long as nothing moves: the one is followed, the other counted.
+#[test]
+fn a_dot_that_the_first_picture_hides_is_followed_or_counted() {
+    let place = tempfile::tempdir().expect("a folder");
+    let (late, later) = (16, 25);
+    let session = record(&place.path().join("session"), |recorder| {
+        for number in 0..30_u64 {
+            let moved_m = 1e-4 * number.max(15) as f64 - 15e-4;
+            let all = dots(moved_m);
+            let seen = |i: &usize| (*i != late || number >= 5) && (*i != later || number >= 18);
+            let visible: Vec<Vec3> = (0..all.len()).filter(seen).map(|i| all[i]).collect();
+            hand(recorder, number, &grey(&visible, number), true);
+        }
+    });
+    let eye = Eye { camera: camera(), metres_per_unit: UNIT_M, settings: Settings::default() };
+    let followed = follow(&session, &eye, [at(0), at(15)], &mut || {}).expect("dots");
+    assert_eq!((followed.reference.len(), followed.hidden_at_first), (41, 1));
+    for frame in &followed.frames {
+        let seen = frame.places.iter().flatten().count();
+        assert_eq!(seen, if frame.number < 5 { 40 } else { 41 }, "frame {}", frame.number);
+        assert_eq!(frame.others, usize::from(frame.number >= 18), "frame {}", frame.number);
+    }
+    let resting = dots_at_rest(&followed, at(0), at(15));
+    let attached = attach_dots(&followed, &resting, &registration(), &slab(), &[], 0.005);
+    let rests = |i: usize| attached.rest_m.iter().any(|r| (r - dots(0.0)[i]).norm() < 1e-4);
+    assert!(rests(late) && !rests(later) && attached.markers.len() == 35, "{}", attached.markers.len());
+}
+
 #[test]
 fn pictures_that_show_no_dots_are_refused() {
     let place = tempfile::tempdir().expect("a folder");
@@ -169,10 +197,10 @@ fn pictures_that_show_no_dots_are_refused() {
     let dark = record(&place.path().join("dark"), |recorder| {
         (0..5).for_each(|n| hand(recorder, n, &[20; SIZE[0] * SIZE[1]], true));
     });
-    let refused = follow(&dark, &eye, at(0), &mut || {}).expect_err("no dots");
+    let refused = follow(&dark, &eye, [at(0), at(4)], &mut || {}).expect_err("no dots");
     assert!(matches!(refused, DatasetError::Track(TrackError::TooFewDots { found: 0, .. })), "{refused:?}");
     let flat = record(&place.path().join("flat"), |recorder| {
         (0..5).for_each(|n| hand(recorder, n, &grey(&dots(0.0), n), false));
     });
-    assert!(matches!(follow(&flat, &eye, at(0), &mut || {}), Err(DatasetError::NoPictures)));
+    assert!(matches!(follow(&flat, &eye, [at(0), at(4)], &mut || {}), Err(DatasetError::NoPictures)));
 }

@@ -8,9 +8,12 @@ mod noise;
 mod population;
 mod runs;
 mod shape;
+mod size;
 mod threshold;
 
 #[cfg(test)]
 mod pictures;
+#[cfg(test)]
+mod pins;
 
 pub use finder::{Finder, Found};

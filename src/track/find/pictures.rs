@@ -1,14 +1,15 @@
-//! Dots in pictures that others took: pins of an optical tactile sensor, and a calibration target with its camera's parameters.
+//! Dots in pictures that others took: a calibration target with its camera's parameters. Pins of an optical tactile sensor are in `pins`.
 //!
 //! The pictures stay where they are: `PHANTOM_RIG_DATA`, or `../shared` beside the project. Without them nothing is tested.
 
 use crate::geometry::{Mat3, Vec3};
 use crate::track::{Camera, Channels, DiscInSpace, Dot, DotSettings, Finder, GreyView, grey_from_colour};
+use image::RgbImage;
 use nalgebra::{Rotation3, SMatrix, SVector, Vector2};
 use std::path::{Path, PathBuf};
 
 /// Pictures of a folder of dots, by name; none where there is no data.
-fn pictures(folder: &str, begins: &str) -> Vec<PathBuf> {
+pub(super) fn pictures(folder: &str, begins: &str) -> Vec<PathBuf> {
     let root = std::env::var_os("PHANTOM_RIG_DATA").map(PathBuf::from).or_else(|| {
         let above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().skip(1);
         above.map(|a| a.join("shared")).find(|p| p.is_dir())
@@ -29,34 +30,12 @@ fn pictures(folder: &str, begins: &str) -> Vec<PathBuf> {
     paths
 }
 
-fn dots(path: &Path, radius_px: [f64; 2]) -> Vec<Dot> {
-    let colour = image::open(path).expect("a picture").to_rgb8();
+/// The dots of a picture, whatever their size.
+pub(super) fn dots(colour: &RgbImage) -> Vec<Dot> {
     let (width, height) = (colour.width() as usize, colour.height() as usize);
     let grey = grey_from_colour(width, height, 3 * width, colour.as_raw(), Channels::Rgb).expect("grey");
     let view = GreyView::new(width, height, width, &grey).expect("a view");
-    Finder::default().find(&view, &DotSettings { radius_px, ..DotSettings::default() }).dots
-}
-
-/// Pins of the sensor: counted on the pictures, and the same in all of them.
-const PINS: f64 = 331.0;
-/// Circle that holds all pins and none of the lamps (px).
-const PIN_FIELD: ([f64; 2], f64) = ([302.0, 248.0], 184.0);
-
-/// White pins on black skin, 10 px wide and 6 px apart, between lamps, reflections of lamps and dirt.
-#[test]
-fn pins_of_a_tactile_sensor_are_found() {
-    for path in pictures("tactip", "image") {
-        let found = dots(&path, [3.0, 9.0]);
-        let inside = |d: &&Dot| {
-            let ([x, y], radius) = PIN_FIELD;
-            (d.centre_px[0] - x).hypot(d.centre_px[1] - y) < radius
-        };
-        let pins = found.iter().filter(inside).count();
-        let strangers = found.len() - pins;
-        println!("{}: {pins} pins, {strangers} others", path.display());
-        assert!(pins as f64 >= 0.98 * PINS);
-        assert!(strangers as f64 + (pins as f64 - PINS).max(0.0) <= 0.01 * PINS);
-    }
+    Finder::default().find_of_any_size(&view, &DotSettings::default()).0.dots
 }
 
 /// The camera of the calibration target, from `sim_white_dot_cal_gold.xml`.
@@ -190,7 +169,7 @@ const ODD: usize = 6;
 #[test]
 fn dots_of_a_calibration_target_are_where_its_camera_sees_them() {
     for (number, path) in pictures("dice", "white_dot").iter().enumerate() {
-        let found = dots(path, [10.0, 24.0]);
+        let found = dots(&image::open(path).expect("a picture").to_rgb8());
         if number == 0 {
             let pose = gold_pose();
             let pairs = pose.pairs(&found, 15.0);

@@ -19,6 +19,10 @@ const BLUR: f64 = 0.5;
 /// Least share of the variance that a blurred disc must explain.
 const QUALITY: f64 = 0.8;
 
+/// Most background over the neighbours' median background, in their median contrast, of what a disc explains no better than so: a lamp's
+/// image in wet skin or in a rim lies on a glow, and is ragged. A dot in a glare lies on one too, but is a disc still.
+const GLOW: (f64, f64) = (0.25, 0.95);
+
 /// Keeps what looks like a dot and like its neighbours.
 pub(super) fn keep_alike(dots: Vec<Dot>) -> Vec<Dot> {
     let dots: Vec<Dot> = dots
@@ -41,11 +45,14 @@ pub(super) fn keep_alike(dots: Vec<Dot>) -> Vec<Dot> {
             let typical_area = median(nearest[..count].iter().map(|&(_, j)| area(&dots[j])));
             let typical_contrast = median(nearest[..count].iter().map(|&(_, j)| dots[j].contrast));
             let typical_blur = median(nearest[..count].iter().map(|&(_, j)| dots[j].blur_px.unwrap_or(0.0)));
+            let typical_background = median(nearest[..count].iter().map(|&(_, j)| dots[j].background));
+            let raised = dots[i].background - typical_background > GLOW.0 * typical_contrast;
+            let glow = raised && (dots[i].blur_px.is_none() || dots[i].quality < GLOW.1);
             let sharp = dots[i].blur_px.is_none_or(|b| b <= SHARPNESS[0] * typical_blur + SHARPNESS[1]);
             let size = area(&dots[i]) / typical_area;
             // A dot cut by the border may be smaller than the others.
             let small = size < AREA[0] && !dots[i].border;
-            sharp && !small && size <= AREA[1] && dots[i].contrast >= CONTRAST * typical_contrast
+            sharp && !glow && !small && size <= AREA[1] && dots[i].contrast >= CONTRAST * typical_contrast
         })
         .collect();
     dots.into_iter().zip(alike).filter(|&(_, alike)| alike).map(|(dot, _)| dot).collect()

@@ -1,9 +1,10 @@
 //! Cameras from rendered pictures, and pictures without a whole board.
 
+use super::super::extent::apart_px;
 use super::super::smooth::noise;
 use super::super::{Board, BoardKind, BoardPoint, BoardView, LensError, Pose, board_in, calibrate_lens};
 use super::render::Studio;
-use super::scene::{self, BOARD, Random, TRUTH, corners, lens_difference, mahalanobis_of, poses};
+use super::scene::{self, BOARD, Random, TRUTH, corners, mahalanobis_of, poses};
 use crate::geometry::Vec3;
 use crate::track::{Camera, DiscInSpace, GreyView};
 use nalgebra::Vector2;
@@ -63,7 +64,7 @@ fn calibrated_from_pictures(board: &Board, dark_dots: bool, most_rms_px: f64) {
         mahalanobis += mahalanobis_of(&found) / DRAWS as f64;
         chi2 += found.chi2_per_dof / DRAWS as f64;
         points = views.iter().map(|v| v.points.len()).sum();
-        let lens = lens_difference(&found.camera, &TRUTH).into_iter().fold(0.0, f64::max);
+        let lens = apart_px(&found.camera, &TRUTH).into_iter().fold(0.0, f64::max);
         if draw == 0 {
             println!(
                 "{board}: focal {:.2?}, principal {:.2?} px, deviations {}",

@@ -1,11 +1,10 @@
 //! A camera whose lens is known, and boards in front of it.
 
-use super::super::extent::rays;
 use super::super::pose::parameters;
 use super::super::{Board, BoardKind, BoardPoint, BoardView, LensFound, Pose};
 use crate::geometry::{Mat3, Vec3};
 use crate::track::Camera;
-use nalgebra::{Matrix2, Matrix2x3, Rotation3, Vector2};
+use nalgebra::{Matrix2, Rotation3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -113,28 +112,6 @@ pub(crate) fn mahalanobis_of(found: &LensFound) -> f64 {
     let error = (parameters(&found.camera) - parameters(&TRUTH)).fixed_rows::<8>(0).into_owned();
     let covariance = found.covariance.fixed_view::<8, 8>(0, 0).into_owned();
     error.dot(&covariance.cholesky().expect("positive").solve(&error))
-}
-
-/// Distances between where two cameras see rays over the whole picture (px), after the small turn that brings them closest.
-pub(crate) fn lens_difference(found: &Camera, truth: &Camera) -> Vec<f64> {
-    let rays: Vec<Vec3> = rays(truth).iter().map(|ray| ray.push(1.0)).collect();
-    let difference = |ray: &Vec3, turn: &Vec3| -> Vector2<f64> {
-        let seen = found.project(Rotation3::new(*turn) * ray).expect("in front");
-        Vector2::from(seen) - Vector2::from(truth.project(*ray).expect("in front"))
-    };
-    let mut turn = Vec3::zeros();
-    for _ in 0..4 {
-        let (mut normal, mut right) = (Mat3::zeros(), Vec3::zeros());
-        for ray in &rays {
-            let n = ray.xy();
-            let by_ray = found.pixel_jacobian(n) * Matrix2x3::new(1.0, 0.0, -n.x, 0.0, 1.0, -n.y);
-            let by_turn = -by_ray * ray.cross_matrix();
-            normal += by_turn.transpose() * by_turn;
-            right -= by_turn.transpose() * difference(ray, &turn);
-        }
-        turn += normal.cholesky().expect("rays apart").solve(&right);
-    }
-    rays.iter().map(|ray| difference(ray, &turn).norm()).collect()
 }
 
 /// Numbers with three digits each.
