@@ -3,7 +3,8 @@
 //! 1. Boil the recording down to readings ([`Evidence`]).
 //! 2. On a discretisation of moderate size, find patches and modulus ([`search`](super::search)).
 //! 3. Go on from there on the same discretisation corrected to the limit of fine elements ([`limit`](super::limit)).
-//! 4. Say how surely, and what the recording cannot tell ([`outcome`](super::outcome)).
+//! 4. Take springs for glue where they explain the recording as well ([`sprung`](super::sprung)).
+//! 5. Say how surely, and what the recording cannot tell ([`outcome`](super::outcome)).
 
 use super::blocks::Bench;
 use super::error::InverseError;
@@ -15,6 +16,7 @@ use super::problem::{Linearised, Problem, State};
 use super::residual::Whitening;
 use super::result::Fit;
 use super::search::{Candidate, candidates, search, with_missed};
+use super::sprung::with_springs;
 use super::tilt::turns_little;
 use crate::fem::{
     Discretisation, FemError, Model, Order, Resolution, Space, Spot, Tip, TipFace, coarseness, discretise,
@@ -146,6 +148,7 @@ pub fn settled<T, E: From<InverseError>>(
     {
         found = more;
     }
+    found = with_springs(&mut problem, finest.as_ref(), found, radius)?;
     then(&Settled {
         recording,
         settings,

@@ -32,6 +32,7 @@ mod result;
 mod rows;
 mod search;
 mod solve_error;
+mod sprung;
 mod tilt;
 mod view;
 

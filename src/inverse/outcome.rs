@@ -103,7 +103,8 @@ pub fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
     let noise = at.covariance().ok_or(FLAT)? * (excess + at.unrest);
     let discretisation = discretisation_covariance(found)?;
     let modulus_error = discretisation[(0, 0)].sqrt();
-    let covariance = noise + discretisation;
+    let driving = driving_covariance(found)?;
+    let covariance = noise + discretisation + driving;
     let modulus_sd = modulus * covariance[(0, 0)].sqrt();
     // With no more left than noise the noise is known; otherwise it is itself estimated from what is left.
     let half = if excess > 1.0 {
@@ -248,6 +249,18 @@ fn discretisation_covariance(found: &Settled<'_>) -> Result<DMatrix<f64>, Invers
         let normal = (at.jacobian.transpose() * &at.jacobian).cholesky().ok_or(FLAT)?;
         let left = normal.solve(&(at.jacobian.transpose() * step)) * LEFT_OF_EXTRAPOLATION;
         covariance += &left * left.transpose();
+    }
+    Ok(covariance)
+}
+
+/// Covariance of the parameters from the noise of the wrench, where that drives the model.
+fn driving_covariance(found: &Settled<'_>) -> Result<DMatrix<f64>, InverseError> {
+    let (at, problem) = (found.at, found.problem);
+    let normal = (at.jacobian.transpose() * &at.jacobian).cholesky().ok_or(FLAT)?;
+    let mut covariance = DMatrix::zeros(at.parameters.len(), at.parameters.len());
+    for error in problem.whitening.drive_errors(&at.prediction) {
+        let moved = normal.solve(&(at.jacobian.transpose() * error));
+        covariance += &moved * moved.transpose();
     }
     Ok(covariance)
 }

@@ -137,19 +137,49 @@ impl<'a> Whitening<'a> {
         self.whiten(|place, reading| place.predicted(derivative, reading))
     }
 
+    /// What the wrench's own noise makes of the readings: whitened columns, one for each of its components in each reading of each site,
+    /// which are independent of one another. It is common to all markers, so that their number does not average it away. None
+    /// when the stage drives the model.
+    pub fn drive_errors(&self, prediction: &Prediction) -> Vec<DVector<f64>> {
+        let noise = &self.evidence.noise;
+        let sd: Vec<f64> = match self.evidence.driven {
+            Driven::ByStage => Vec::new(),
+            Driven::ByWrench => noise.force_n.into_iter().chain(noise.torque_nm).collect(),
+        };
+        let mut columns = Vec::new();
+        for (at, site) in self.evidence.sites.iter().enumerate() {
+            let most = site.markers.iter().map(Vec::len).max().unwrap_or(0);
+            for index in 0..most {
+                for (component, sd) in sd.iter().enumerate() {
+                    let column = |place: Place| {
+                        prediction.sites[at]
+                            .markers
+                            .fixed_view::<3, 1>(3 * place.marker.unwrap_or(0), component)
+                            * *sd
+                    };
+                    columns.push(self.whiten(|place, _| match (place.site, place.index) == (at, index) {
+                        true if place.marker.is_some() => column(place),
+                        _ => Vec3::zeros(),
+                    }));
+                }
+            }
+        }
+        columns
+    }
+
     fn whiten(&self, value: impl Fn(Place, &Reading) -> Vec3) -> DVector<f64> {
         let mut out = Vec::with_capacity(self.readings());
         for (site, (readings, l)) in self.evidence.sites.iter().zip(&self.force).enumerate() {
-            for (reading, l) in readings.force.iter().zip(l) {
-                out.extend_from_slice((l * value(Place { site, marker: None }, reading)).as_slice());
+            for (index, (reading, l)) in readings.force.iter().zip(l).enumerate() {
+                out.extend_from_slice((l * value(Place { site, marker: None, index }, reading)).as_slice());
             }
         }
         let sd = Vec3::from(self.evidence.noise.marker_m);
         for (marker, (_, rest_rows)) in self.evidence.rest.iter().enumerate() {
             let all = || {
                 self.evidence.sites.iter().enumerate().flat_map(|(site, readings)| {
-                    let place = Place { site, marker: Some(marker) };
-                    readings.markers[marker].iter().map(move |reading| (place, reading))
+                    let place = move |index| Place { site, marker: Some(marker), index };
+                    readings.markers[marker].iter().enumerate().map(move |(i, reading)| (place(i), reading))
                 })
             };
             let g2: f64 = all().map(|(_, r)| r.shift * r.shift).sum();
@@ -176,6 +206,8 @@ struct Place {
     site: usize,
     /// Of the force when `None`.
     marker: Option<usize>,
+    /// Index among the readings of the same force or marker.
+    index: usize,
 }
 
 impl Place {

@@ -368,7 +368,7 @@ fn worthwhile(problem: &Problem<'_>, at: &Linearised) -> Result<f64, InverseErro
 /// Whether every spring patch keeps clear of every glued spot, and every spot as stiff as glue of the known glue. What
 /// touches a spot is its outline, which need not be round; what touches the known glue says that this ends elsewhere, by
 /// less than elements or a ruler know.
-fn apart(problem: &Problem<'_>, patches: &[Restraint]) -> bool {
+pub(super) fn apart(problem: &Problem<'_>, patches: &[Restraint]) -> bool {
     let touches = |glue: &Restraint, other: &Restraint| {
         glue.glued && !other.glued && (glue.centre - other.centre).norm() < glue.radius_m + other.radius_m
     };
@@ -478,4 +478,4 @@ const GLUE_RADII_M: [f64; 4] = [0.003, 0.006, 0.011, 0.02];
 const NEARLY_GLUE: f64 = 0.4;
 
 /// What a size that is not asked for any more may cost (95 % of χ² with one degree of freedom).
-const ONE_LESS: f64 = 3.84;
+pub(super) const ONE_LESS: f64 = 3.84;
