@@ -95,7 +95,7 @@ impl Left {
                 }
             }
         }
-        Some(Self { means, wanders: model.correlation.wander > 0.0 })
+        Some(Self { means, wanders: model.correlation.wanders })
     }
 
     /// Mean of the squares of some of the means, and how many they are.

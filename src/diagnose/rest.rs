@@ -12,14 +12,18 @@ use crate::geometry::Vec3;
 use crate::inverse::Evidence;
 use crate::observation::{MarkerRow, Recording};
 use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 
 /// How far errors are from white.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Correlation {
     /// Factor by which the wandering of the force raises the variance of a mean.
     pub force: f64,
-    /// Variance of that wandering over that of a row: what a mean over any number of rows still has.
+    /// Variance of that wandering over that of a row: what a mean over any number of rows still has. As it is to be expected, where chance may
+    /// have made what was measured, too: over a poke's hundreds of rows what is too small to be told still counts.
     pub wander: f64,
+    /// Whether more of it was measured than chance usually makes.
+    pub wanders: bool,
     /// Whether the force's zero drifts in proportion to time, rather than wanders; true where too little is known of it.
     pub drifts: bool,
     /// Variance (m²) of the common motion of all markers, along each axis.
@@ -83,11 +87,12 @@ pub(super) fn correlation(recording: &Recording, evidence: &Evidence, creep: &Cr
     let sd = evidence.noise.force_n;
     let means = means(&force_at_rest(recording));
     let drifts = drifts(&means, sd);
-    let force = wandering(&means, sd, drifts);
+    let (ratio, freedom) = wandering(&means, sd, drifts);
     let rows = means.iter().map(|m| m.rows).sum::<f64>() / means.len().max(1) as f64;
     Correlation {
-        force,
-        wander: (force - 1.0) / rows.max(1.0),
+        force: beyond_chance(ratio, freedom),
+        wander: expected_excess(ratio, freedom) / rows.max(1.0),
+        wanders: ratio > 1.0 + (2.0 / freedom).sqrt(),
         drifts,
         sway_m2: sway(recording, evidence, creep),
         lasting_m2: lasting(recording, evidence, creep),
@@ -115,10 +120,10 @@ fn means(rows: &[(f64, Vec3)]) -> Vec<BlockMean> {
 }
 
 /// How far the means scatter beyond white noise; about a drift in proportion to time where there is one, about zero
-/// otherwise.
-fn wandering(means: &[BlockMean], sd: [f64; 3], drifts: bool) -> f64 {
+/// otherwise. Variance over that of white noise, and its degrees of freedom.
+fn wandering(means: &[BlockMean], sd: [f64; 3], drifts: bool) -> (f64, f64) {
     if means.len() < FEWEST {
-        return 1.0;
+        return (1.0, f64::INFINITY);
     }
     let spread: f64 = means.iter().map(|m| m.rows * m.time_s * m.time_s).sum();
     let sum = |axis: usize| -> f64 {
@@ -128,7 +133,7 @@ fn wandering(means: &[BlockMean], sd: [f64; 3], drifts: bool) -> f64 {
         means.iter().map(left).sum()
     };
     let freedom = 3.0 * (means.len() as f64 - f64::from(u8::from(drifts)));
-    beyond_chance((0..3).map(sum).sum::<f64>() / freedom, freedom)
+    ((0..3).map(sum).sum::<f64>() / freedom, freedom)
 }
 
 /// Whether the means tell a drift in proportion to time from a zero that only wanders (an Ornstein–Uhlenbeck process, its
@@ -174,6 +179,17 @@ fn log_likelihoods(means: &[BlockMean], axis: usize, sd: f64, wander: f64, time_
     let volume: f64 = factor.l_dirty().diagonal().iter().map(|l| l.ln()).sum();
     let without = -0.5 * force.dot(&force_solved) - volume;
     Some([without, without + 0.5 * time.dot(&force_solved).powi(2) / time.dot(&time_solved)])
+}
+
+/// What a ratio of variances is beyond 1, to be expected of one that was measured with so many degrees of freedom: the mean of a normal
+/// distribution about it, the part below 1 put on 1.
+fn expected_excess(ratio: f64, freedom: f64) -> f64 {
+    let sd = (2.0 / freedom).sqrt();
+    if sd == 0.0 {
+        return (ratio - 1.0).max(0.0);
+    }
+    let (standard, above) = (Normal::standard(), (ratio - 1.0) / sd);
+    sd * (above * standard.cdf(above) + standard.pdf(above))
 }
 
 /// A ratio of variances, or 1 where chance may have made it.
@@ -258,9 +274,19 @@ mod tests {
 
     #[test]
     fn what_wanders_weighs_less() {
-        assert_eq!(wandering(&rest(1, 0.0, 1.0, 0.0), [SD; 3], false), 1.0);
-        let wanders = wandering(&rest(1, SD, 5.0, 0.0), [SD; 3], false);
+        let (still, freedom) = wandering(&rest(1, 0.0, 1.0, 0.0), [SD; 3], false);
+        assert_eq!(beyond_chance(still, freedom), 1.0);
+        let (wanders, _) = wandering(&rest(1, SD, 5.0, 0.0), [SD; 3], false);
         // Means over half a second: 25 rows, all with the same zero.
         assert!((10.0..50.0).contains(&wanders), "{wanders}");
+    }
+
+    /// Far above 1 it is what was measured; at 1, with a deviation of 0.2, the mean of the upper half, 0.2/√(2π); far below nothing.
+    #[test]
+    fn what_chance_may_have_made_counts_in_part() {
+        assert!((expected_excess(3.0, 50.0) - 2.0).abs() < 1e-6);
+        assert!((expected_excess(1.0, 50.0) - 0.2 / (2.0 * std::f64::consts::PI).sqrt()).abs() < 1e-9);
+        assert!(expected_excess(0.0, 50.0) < 1e-6);
+        assert_eq!(expected_excess(1.0, f64::INFINITY), 0.0);
     }
 }

@@ -19,7 +19,7 @@ impl Model<'_> {
             let rows = self.force_rows(track, marched, shares[0], counts);
             sums.note(0, rows.nrows(), rows.column(fitted + 1).norm_squared());
             if counts {
-                sums.add(&rows, share[0], self.correlation.force);
+                sums.add_force(&rows, share[0], self.correlation.force, self.correlation.wander);
             }
         }
         for frame in &track.frames {

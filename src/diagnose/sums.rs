@@ -57,6 +57,24 @@ impl PokeSums {
         self.cost += gram[(fitted + 1, fitted + 1)];
     }
 
+    /// Adds rows of the force, three for every time, likewise, with an error that each component has during the whole poke, of variance
+    /// `wander` over that of a row.
+    ///
+    /// With `n` rows and `f` the inflation `(f + w 1 1ᵀ)⁻¹ = (1 − w/(f + w n) 1 1ᵀ)/f`.
+    pub(super) fn add_force(&mut self, rows: &DMatrix<f64>, share: usize, inflation: f64, wander: f64) {
+        self.add(rows, share, inflation);
+        let n = rows.nrows() / 3;
+        let scale = (wander / (inflation + wander * n as f64) / inflation).sqrt();
+        let sums = DMatrix::from_fn(3, rows.ncols(), |axis, j| {
+            scale * (0..n).map(|i| rows[(3 * i + axis, j)]).sum::<f64>()
+        });
+        let mut off = Self::empty(self.gradient.len(), 0);
+        off.add(&sums, share, 1.0);
+        self.normal -= off.normal;
+        self.gradient -= off.gradient;
+        self.cost -= off.cost;
+    }
+
     /// Adds three rows for every one of `markers`, likewise.
     pub(super) fn add_markers(
         &mut self,
@@ -182,6 +200,22 @@ mod tests {
         assert_eq!(sums.normal[(3, 1)], 2.5);
         assert_eq!(sums.normal[(2, 2)], 0.0);
         assert_eq!(sums.gradient.as_slice(), [2.0, 5.0, 0.0, 5.0]);
+    }
+
+    /// Against the inverse of the whole covariance: four times, three components, by an axis of its own each.
+    #[test]
+    fn a_zero_that_wanders_weighs_as_its_covariance_says() {
+        let (inflation, wander) = (1.7, 0.4);
+        let rows = DMatrix::from_fn(12, 4, |i, j| ((i * i * 5 + 7 * j + i * j) % 19) as f64 / 9.0 - 1.0);
+        let mut sums = PokeSums::empty(3, 0);
+        sums.add_force(&rows, 2, inflation, wander);
+        let covariance = DMatrix::from_fn(12, 12, |i, j| {
+            inflation * f64::from(u8::from(i == j)) + wander * f64::from(u8::from(i % 3 == j % 3))
+        });
+        let expected = rows.tr_mul(&covariance.lu().solve(&rows).expect("definite"));
+        assert!((&sums.normal - expected.view((0, 0), (3, 3))).amax() < 1e-12);
+        assert!((&sums.gradient - expected.view((0, 3), (3, 1))).amax() < 1e-12);
+        assert!((sums.cost - expected[(3, 3)]).abs() < 1e-12);
     }
 
     /// Against the inverse of the whole covariance: two markers, the second in every other frame, two pokes, with an error that lasts a poke and one
