@@ -357,11 +357,12 @@ mod tests {
         };
         // Products over all rows, and for a marker's component less a share of that of the sums over its frames.
         let count = rows.len() + frames.len();
-        let product = |a: &[(f64, f64)], b: &[(f64, f64)]| -> f64 {
-            let one = |(a, b): (&[(f64, f64)], &[(f64, f64)])| {
+        type Rows = [(f64, f64)];
+        let product = |a: &Rows, b: &Rows| -> f64 {
+            let one = |(a, b): (&Rows, &Rows)| {
                 let (own, seen) = (&a[..rows.len()], &a[rows.len()..]);
                 let by_row = own.iter().chain(seen).zip(b).map(|((w, x), (_, y))| w * x * y).sum::<f64>();
-                let sum = |of: &[(f64, f64)]| of[rows.len()..].iter().map(|(_, x)| x).sum::<f64>();
+                let sum = |of: &Rows| of[rows.len()..].iter().map(|(_, x)| x).sum::<f64>();
                 by_row - 0.2 * seen[0].0 * sum(a) * sum(b)
             };
             a.chunks(count).zip(b.chunks(count)).map(one).sum()
