@@ -95,8 +95,14 @@ pub enum TipResponse {
         /// One a port.
         responses: Vec<Response>,
     },
-    /// To a unit wrench about the site, mode by mode, as nodal displacement.
-    Wrench(Vec<Vec<f64>>),
+    /// To a unit wrench about the site.
+    Wrench {
+        /// Mode by mode, as nodal displacement.
+        modes: Vec<Vec<f64>>,
+        /// To forces spread evenly over a disc that is wholly on the body, with the near field that elements miss under its rim and beside
+        /// it, and from the site to where they act (m).
+        even: Option<Box<(Response, Vec3)>>,
+    },
 }
 
 impl TipResponse {
@@ -104,7 +110,7 @@ impl TipResponse {
     pub fn modes(&self) -> usize {
         match self {
             Self::Ports { responses, .. } => 3 * responses.len(),
-            Self::Wrench(modes) => modes.len(),
+            Self::Wrench { modes, .. } => modes.len(),
         }
     }
 
@@ -112,7 +118,7 @@ impl TipResponse {
     pub fn seen(&self) -> usize {
         match self {
             Self::Ports { responses, .. } => 3 * responses.len(),
-            Self::Wrench(_) => 3,
+            Self::Wrench { .. } => 3,
         }
     }
 
@@ -120,7 +126,7 @@ impl TipResponse {
     pub fn grip(&self) -> Option<Arc<Grip>> {
         match self {
             Self::Ports { grip, .. } => Some(grip.clone()),
-            Self::Wrench(_) => None,
+            Self::Wrench { .. } => None,
         }
     }
 
@@ -128,7 +134,10 @@ impl TipResponse {
     fn own(&self, tip: &Tip) -> DMatrix<f64> {
         match self {
             Self::Ports { responses, .. } => tip.compliance(responses),
-            Self::Wrench(_) => self.at(&tip.ports()[0]),
+            Self::Wrench { modes, .. } => {
+                let columns: Vec<Vec3> = modes.iter().map(|nodal| tip.ports()[0].of(nodal)).collect();
+                DMatrix::from_fn(3, columns.len(), |i, k| columns[k][i])
+            }
         }
     }
 
@@ -141,9 +150,12 @@ impl TipResponse {
                     block.columns_mut(3 * k, 3).copy_from(&response.at(spot));
                 }
             }
-            Self::Wrench(modes) => {
+            Self::Wrench { modes, even } => {
                 for (k, nodal) in modes.iter().enumerate() {
                     block.column_mut(k).copy_from(&spot.of(nodal));
+                }
+                if let Some((response, arm)) = even.as_deref() {
+                    forces_from(&mut block, &response.at(spot), arm);
                 }
             }
         }
@@ -158,11 +170,13 @@ impl TipResponse {
                 .enumerate()
                 .map(|(k, response)| response.at_node(node, position) * sizes.fixed_rows::<3>(3 * k))
                 .sum(),
-            Self::Wrench(modes) => modes
-                .iter()
-                .zip(sizes.iter())
-                .map(|(nodal, f)| Vec3::from_fn(|i, _| nodal[3 * node + i]) * *f)
-                .sum(),
+            Self::Wrench { modes, even } => {
+                let mut block = DMatrix::from_fn(3, modes.len(), |i, k| modes[k][3 * node + i]);
+                if let Some((response, arm)) = even.as_deref() {
+                    forces_from(&mut block, &response.at_node(node, position), arm);
+                }
+                (block * sizes).fixed_rows::<3>(0).into_owned()
+            }
         }
     }
 
@@ -175,14 +189,24 @@ impl TipResponse {
                     block.columns_mut(3 * k, 3).copy_from(&response.slope_at(slope, spot, tangent));
                 }
             }
-            Self::Wrench(modes) => {
+            Self::Wrench { modes, even } => {
                 for (k, nodal) in modes.iter().enumerate() {
                     block.column_mut(k).copy_from(&dot(slope, nodal));
+                }
+                if let Some((response, arm)) = even.as_deref() {
+                    forces_from(&mut block, &response.slope_at(slope, spot, tangent), arm);
                 }
             }
         }
         block
     }
+}
+
+/// Replaces the columns of a wrench's forces by those of `even` forces that act at the end of `arm` (m): less the moments that these have about
+/// its foot.
+fn forces_from(block: &mut DMatrix<f64>, even: &Mat3, arm: &Vec3) {
+    let moments: Mat3 = block.fixed_view::<3, 3>(0, 3).into_owned();
+    block.fixed_view_mut::<3, 3>(0, 0).copy_from(&(even - moments * arm.cross_matrix()));
 }
 
 impl Bench {
@@ -209,10 +233,16 @@ impl Bench {
                 responses
             }
             Driven::ByWrench => {
+                let ports: Vec<&Spot> = tips.iter().map(|tip| &tip.ports()[0]).collect();
+                let even = model.respond(&ports)?;
                 let mut responses = Vec::with_capacity(tips.len());
-                for (tip, (site, _)) in tips.iter().zip(sites) {
-                    let loads = wrench_loads(model.space(), &tip.ports()[0], site)?;
-                    responses.push(TipResponse::Wrench(model.respond_to(&loads)?));
+                for ((port, even), (site, _)) in ports.into_iter().zip(even).zip(sites) {
+                    let modes = model.respond_to(&wrench_loads(model.space(), port, site)?)?;
+                    let disc = port.as_disc().filter(|_| port.wholly_on_body());
+                    responses.push(TipResponse::Wrench {
+                        modes,
+                        even: disc.map(|(disc, _)| Box::new((even, disc.centre - site))),
+                    });
                 }
                 responses
             }
@@ -377,4 +407,43 @@ fn under_tip(spots: &[Spot], tip: &TipResponse) -> DMatrix<f64> {
         all.rows_mut(3 * i, 3).copy_from(&tip.at(spot));
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::{Order, TipFace};
+    use crate::mesh::{Block, SurfaceIndex, block};
+
+    const NU: f64 = 0.47;
+
+    /// A known force moves markers beside the tip as the stage does with a pad that feels it, near field and all; about a site above
+    /// the surface it has the moment of its arm besides.
+    #[test]
+    fn a_known_force_acts_as_a_pad_does() {
+        let mut mesh = block(&Block { size_m: [0.06, 0.05, 0.02], cells: [9, 8, 4] }).expect("a block");
+        let base = mesh.surface("z-").to_vec();
+        mesh.surfaces.insert("fixed".to_owned(), base);
+        let seen = |driven, height_m: f64| {
+            let model = Model::new(&mesh, Order::P2, NU, "fixed").expect("held");
+            let top = model.space().surface("z+").to_vec();
+            let site = Vec3::new(0.031, 0.024, 0.02 + height_m);
+            let tip =
+                Tip::new(model.space(), &top, &site, 0.008, TipFace::Pad, true, NU).expect("on the top");
+            let index = SurfaceIndex::new(&mesh, mesh.surface("z+"));
+            let at = [[0.0395, 0.024], [0.031, 0.0145], [0.02, 0.03], [0.055, 0.045]];
+            let marker = |[x, y]: [f64; 2]| {
+                Spot::marker_in(model.space(), &index, "z+", &Vec3::new(x, y, 0.02)).expect("attached").0
+            };
+            let markers = at.map(marker).to_vec();
+            let bench = Bench::new(model, vec![tip], markers, &[(site, Lift::Whole)], driven, None);
+            bench.expect("solved").free.sites[0].markers_tip.clone()
+        };
+        let (pad, known, above) =
+            (seen(Driven::ByStage, 0.0), seen(Driven::ByWrench, 0.0), seen(Driven::ByWrench, 1e-3));
+        assert!((known.columns(0, 3) - &pad).amax() < 1e-12 * pad.amax());
+        // The force passes 1 mm below the site: there it has the moment −1 mm × force, which is taken off.
+        let moments = known.columns(3, 3) * Vec3::new(0.0, 0.0, -1e-3).cross_matrix();
+        assert!((above.columns(0, 3) - (&pad - moments)).amax() < 1e-9 * pad.amax());
+    }
 }
