@@ -12,7 +12,7 @@
 //! | `march`, `memory`, `tip_path`, `camera` | what the phantom, its restraint, the stage and the camera do in time |
 //! | `body`, [`bulk`] | the condensed body, and linear changes of it |
 //! | `extra`, [`large`] | what is not linear in the displacement |
-//! | `rest`, `lasting`, `creep` | how far the instruments' errors are from white |
+//! | `hum`, `rest`, `lasting`, `creep` | how far the instruments' errors are from white |
 //! | `left`, `beyond`, `place` | what a reading leaves: when, where, in which channel, how plainly |
 //! | `verdict`, `parameters`, `spread`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
 //!
@@ -30,6 +30,7 @@ mod dual;
 mod effects;
 mod error;
 mod extra;
+mod hum;
 mod knob;
 pub mod large;
 mod lasting;

@@ -74,7 +74,7 @@ pub(super) fn rests(recording: &Recording) -> impl Iterator<Item = [f64; 2]> + '
 /// Rows so close to a poke (s) do not count as rest.
 const MARGIN_S: f64 = 0.05;
 /// Nor do markers so soon after one: when and how fast the surface leaves the tip no model here says.
-const SETTLED_S: f64 = 0.3;
+pub(super) const SETTLED_S: f64 = 0.3;
 /// Length of the means (s).
 const BLOCK_S: f64 = 0.5;
 /// Fewer means, or frames, than this say nothing.

@@ -1,6 +1,6 @@
 //! The diagnosis of a recording, step by step.
 //!
-//! 1. The baseline: the default fit, then all rows in time under the same model.
+//! 1. A hum of the force sensor is taken off. The baseline: the default fit, then all rows in time under the same model.
 //! 2. Every entry of the catalogue at first order; the best refitted in full; one by one, as long as they earn it
 //!    ([`select`](super::select)).
 //!    A ball of another modulus is then refitted on elements that resolve it.
@@ -13,6 +13,7 @@ use super::diagnosis::{
     Candidate, Diagnosis, Estimate, Mismatch, NextPoke, Progress, Reading, Settings, Verdict,
 };
 use super::error::DiagnoseError;
+use super::hum::{hums, tell, without};
 use super::left::Left;
 use super::limits::limits;
 use super::model::Model;
@@ -39,12 +40,20 @@ pub fn diagnose(
     let fit = inverse::Settings { unrested: true, ..settings.fit };
     // Both the fit and what follows it report.
     let shared = std::cell::RefCell::new(progress);
-    settled(recording, &fit, &mut |p| shared.borrow_mut()(Progress::Fitting(p)), |found| {
-        match diagnosed(recording, found, settings, &mut |p| shared.borrow_mut()(p)) {
-            Err(why) if why.leaves_undecided() => undecided(found, &why, settings),
-            other => other,
-        }
-    })
+    let hums = hums(recording);
+    let recording = &*without(recording, &hums);
+    let mut said =
+        settled(
+            recording,
+            &fit,
+            &mut |p| shared.borrow_mut()(Progress::Fitting(p)),
+            |found| match diagnosed(recording, found, settings, &mut |p| shared.borrow_mut()(p)) {
+                Err(why) if why.leaves_undecided() => undecided(found, &why, settings),
+                other => other,
+            },
+        )?;
+    tell(&mut said, &hums);
+    Ok(said)
 }
 
 fn diagnosed(
