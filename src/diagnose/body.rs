@@ -45,6 +45,13 @@ impl Body {
         own.into_iter().zip(changes).for_each(|(own, change)| own.by.push((parameter, change.value.clone())));
     }
 
+    /// Attaches the markers so much (m) before where the camera takes them to be, which is this parameter: `by_place` is
+    /// their derivative by where they are.
+    pub(super) fn see_beside(&mut self, by_place: &DMatrix<f64>, shift_m: f64, parameter: usize) {
+        self.markers.value -= by_place * shift_m;
+        self.markers.by.push((parameter, -by_place));
+    }
+
     /// Adds a change of the body, whose knobs are these parameters.
     pub(super) fn add(&mut self, change: &BodyChange, parameter: impl Fn(usize) -> usize) {
         let own = [&mut self.tips_tips, &mut self.discs_tips, &mut self.discs_discs, &mut self.markers];

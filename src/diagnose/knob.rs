@@ -30,6 +30,8 @@ pub(super) enum Knob {
     /// Of one axis against z, by the logarithm.
     Gain(usize),
     Rotation(usize),
+    /// Where the camera takes all markers to be, less where they are, along an axis (m).
+    Translation(usize),
     Scale,
     DepthGain,
     Lag,
@@ -62,7 +64,7 @@ impl Knob {
             Self::StageGive => Physics::StageCompliance,
             Self::Drift(_) => Physics::ForceDrift,
             Self::Gain(_) => Physics::ForceGain,
-            Self::Rotation(_) => Physics::CameraMisalignment,
+            Self::Rotation(_) | Self::Translation(_) => Physics::CameraMisalignment,
             Self::Scale | Self::DepthGain => Physics::CameraScale,
             Self::Lag => Physics::CameraLag,
             Self::Bulk(bulk) => bulk.physics(),
@@ -86,6 +88,7 @@ impl Knob {
             Self::Drift(_) => "rate_n_per_s",
             Self::Gain(_) => "gain",
             Self::Rotation(_) => "rotation_rad",
+            Self::Translation(_) => "translation_m",
             Self::Scale => "scale",
             Self::DepthGain => "depth_gain",
             Self::Lag => "lag_s",
@@ -109,6 +112,7 @@ impl Knob {
                 | Self::Drift(_)
                 | Self::Gain(_)
                 | Self::Rotation(_)
+                | Self::Translation(_)
                 | Self::Gravity(_)
                 | Self::GravityUnderTip(_)
         )
@@ -134,6 +138,7 @@ impl Knob {
             Self::Drift(_) => ([-0.05, 0.05], 5e-3),
             Self::Gain(_) => ([-0.7, 0.7], 0.1),
             Self::Rotation(_) => ([-0.5, 0.5], 0.1),
+            Self::Translation(_) => ([-2e-3, 2e-3], 5e-4),
             Self::Scale | Self::DepthGain => ([0.5, 2.0], 0.1),
             Self::Lag => ([-0.5, 0.5], 0.05),
             Self::Bulk(_) => ([f64::NEG_INFINITY, f64::INFINITY], f64::INFINITY),
@@ -147,17 +152,18 @@ impl Knob {
 
     /// Standard deviation that it is known with beforehand about a neutral 0, where a recording may leave it open: the gain
     /// of an axis along which nothing ever pulled, weight along one that does nothing, a small ball that may as well be rigid, the direction of
-    /// an axis that is hardly stiffer.
+    /// an axis that is hardly stiffer, a shift that a recording of few markers near the tip does not show.
     pub(super) fn prior_sd(self) -> f64 {
         match self {
             Self::Gain(_) => 0.3,
             Self::Bulk(BulkKnob::BallRatio | BulkKnob::Turn(_)) => 1.0,
             Self::Gravity(_) | Self::GravityUnderTip(_) => 10.0,
+            Self::Translation(_) => 1e-3,
             _ => f64::INFINITY,
         }
     }
 
-    /// Turns it to `value` (or to the exponential of it).
+    /// Turns it to `value` (or to the exponential of it); what changes the body or where it is seen acts there.
     pub(super) fn set(self, effects: &mut Effects, value: Dual) {
         let raw = value;
         let value = if self.by_logarithm() { value.exp() } else { value };
@@ -191,7 +197,7 @@ impl Knob {
             Self::Scale => effects.scale = value,
             Self::DepthGain => effects.depth_gain = value,
             Self::Lag => effects.lag_s = value,
-            Self::Bulk(_) => {}
+            Self::Bulk(_) | Self::Translation(_) => {}
             Self::FiniteStrain => effects.large = Some(Large::FiniteStrain),
             Self::Stiffening(law) => effects.large = Some(Large::Stiffening(law, value)),
             Self::Softening => effects.large = Some(Large::Softening(value, Dual::from(0.0))),

@@ -9,7 +9,7 @@
 //! | `run` | which steps lead to a diagnosis |
 //! | `select`, `starts`, `scan` | which effects act: a look at every entry, refits of the best, one by one |
 //! | `model`, `rows`, `sums`, `refit` | what a reading of the recording predicts, and its best parameters |
-//! | `march`, `memory`, `tip_path`, `camera` | what the phantom, its restraint, the stage and the camera do in time |
+//! | `march`, `memory`, `tip_path`, `camera`, `registration` | what the phantom, its restraint, the stage and the camera do in time |
 //! | `body`, [`bulk`] | the condensed body, and linear changes of it |
 //! | `extra`, [`large`] | what is not linear in the displacement |
 //! | `hum`, `rest`, `lasting`, `creep` | how far the instruments' errors are from white |
@@ -46,6 +46,7 @@ mod physics;
 mod place;
 mod plans;
 mod refit;
+mod registration;
 mod rest;
 mod rows;
 mod run;

@@ -15,12 +15,13 @@ use super::extra::{Extra, Shelf};
 use super::knob::Knob;
 use super::march::{Group, March, march};
 use super::refit::Fitted;
+use super::registration::by_place;
 use super::rest::{Correlation, correlation, force_at_rest, pauses};
 use super::sums::PokeSums;
 use super::track::{Frame, Timeline, Track, timeline, tracks};
 use crate::geometry::Vec3;
 use crate::inverse::{Parameter, Settled};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use num_dual::DualNum;
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -35,9 +36,9 @@ const FINER_SD: [f64; 2] = [1.0, 0.3];
 /// A softness of glue, over the smallest compliance of a disc under itself: as good as zero.
 const GLUE: f64 = 1e-4;
 
-/// Parameters that effects may need besides the baseline's: a ball of another modulus has five, no other entry more than three, and
-/// three act at most.
-pub(super) const ROOM: usize = 5 + 3 + 3;
+/// Parameters that effects may need besides the baseline's: a camera that stands elsewhere has six, a ball of another modulus five, no other
+/// entry more than three, and three act at most.
+pub(super) const ROOM: usize = 6 + 5 + 3;
 
 /// What is taken to act: the baseline, less some of its patches, with the knobs of some effects.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -79,6 +80,8 @@ pub(super) struct Model<'a> {
     pub force_sd: [f64; 3],
     /// As above.
     pub marker_sd: [f64; 3],
+    /// Derivative of the body's markers by where along each axis they are.
+    by_place: [DMatrix<f64>; 3],
     /// How far errors are from white.
     pub correlation: Correlation,
     /// Times (s) and forces (N) between pokes.
@@ -188,6 +191,7 @@ impl<'a> Model<'a> {
             timeline,
             force_sd: noise.force_n,
             marker_sd: noise.marker_m,
+            by_place: by_place(settled)?,
             correlation: correlation(settled.recording, settled.evidence, &Creep::None),
             rest: force_at_rest(settled.recording),
             pauses: pauses(settled.recording, settled.evidence),
@@ -344,7 +348,7 @@ impl<'a> Model<'a> {
         Some(Marched { rows, body, effects, turn, fitted, extra })
     }
 
-    /// The body with its patches where they are and all changes that act.
+    /// The body with its patches where they are and all changes that act, its markers where they are.
     fn body_at(&self, acting: &Acting, at: &DVector<f64>, changed: ChangeOf<'_>) -> Option<Body> {
         let fitted = self.base() + acting.knobs.len();
         let mut body = self.body.at(&at.as_slice()[..fitted]);
@@ -355,6 +359,11 @@ impl<'a> Model<'a> {
         let (parameters, knobs): (Vec<usize>, Vec<(BulkKnob, f64)>) = bulk.unzip();
         if !knobs.is_empty() {
             body.add(&changed(&knobs)?, |knob| parameters[knob]);
+        }
+        for (i, knob) in acting.knobs.iter().enumerate() {
+            if let Knob::Translation(axis) = knob {
+                body.see_beside(&self.by_place[*axis], at[self.base() + i], self.base() + i);
+            }
         }
         Some(body)
     }

@@ -58,7 +58,8 @@ pub(super) fn starts(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
         add(Physics::ForceDrift, (0..3).map(|axis| (Knob::Drift(axis), 0.0)).collect());
     }
     add(Physics::ForceGain, (0..2).map(|axis| (Knob::Gain(axis), 0.0)).collect());
-    add(Physics::CameraMisalignment, (0..3).map(|axis| (Knob::Rotation(axis), 0.0)).collect());
+    let stands = (0..3).map(Knob::Rotation).chain((0..3).map(Knob::Translation));
+    add(Physics::CameraMisalignment, stands.map(|knob| (knob, 0.0)).collect());
     add(Physics::CameraScale, vec![(Knob::Scale, 1.0), (Knob::DepthGain, 1.0)]);
     add(Physics::CameraLag, vec![(Knob::Lag, 0.0)]);
     all.extend(large(model, current));

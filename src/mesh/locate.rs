@@ -25,7 +25,11 @@ pub struct SurfaceIndex {
 impl SurfaceIndex {
     /// Prepares look-ups on `surface`, triangles of `mesh`.
     pub fn new(mesh: &TetMesh, surface: &[[u32; 3]]) -> Self {
-        let triangles: Vec<Triangle> = surface.iter().map(|&t| mesh.triangle(t)).collect();
+        Self::of(surface.iter().map(|&t| mesh.triangle(t)).collect())
+    }
+
+    /// As [`SurfaceIndex::new`], of a surface's triangles themselves.
+    pub fn of(triangles: Vec<Triangle>) -> Self {
         let spheres = triangles
             .iter()
             .map(|t| {

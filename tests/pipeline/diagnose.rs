@@ -5,7 +5,7 @@ use phantom_rig::dataset::read_bundle;
 use phantom_rig::diagnose::{Diagnosis, Physics, Reading, Settings, diagnose};
 use phantom_rig::inverse;
 use phantom_rig::observation::Recording;
-use phantom_rig::sim::{Effect, Hold, Large, Memory, Phantom, PronyTerm, Rig, World, stock};
+use phantom_rig::sim::{Effect, Foreign, Hold, Large, Memory, Phantom, PronyTerm, Rig, World, stock};
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
@@ -94,6 +94,37 @@ fn large_strain_is_named_as_itself() {
     assert_eq!(diagnosis.verdict.physics, [Physics::FiniteStrain], "{:?}", diagnosis.candidates);
     assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.02);
     assert_explained(&diagnosis);
+}
+
+/// A camera that is taken to stand elsewhere than it does attaches its markers beside their places, too.
+#[test]
+fn a_camera_that_was_registered_badly_is_named() {
+    let (rotation_rad, translation_m) = ([0.03, -0.04, 0.03], [4e-4, -3e-4, 2e-4]);
+    let effect = Effect::Rig(Rig::CameraMisalignment { rotation_rad, translation_m });
+    let (world, diagnosis) = diagnosed(16, vec![effect]);
+    assert_eq!(diagnosis.verdict.physics, [Physics::CameraMisalignment], "{:?}", diagnosis.candidates);
+    let components = |id: &str| {
+        let found = diagnosis.parameters[0].parameters.iter().find(|p| p.id == id).expect("a parameter");
+        found.values.iter().map(|v| v.value).collect::<Vec<f64>>()
+    };
+    for (id, truth, close) in [("rotation_rad", rotation_rad, 4e-3), ("translation_m", translation_m, 1e-4)] {
+        for (value, truth) in components(id).into_iter().zip(truth) {
+            assert!((value - truth).abs() < close, "{id}: {value} for {truth}");
+        }
+    }
+    assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.02);
+    assert_explained(&diagnosis);
+}
+
+/// A hum is no entry's; taken off, it leaves a recording in which nothing else is missing.
+#[test]
+fn a_hum_is_told_from_noise() {
+    let (_, diagnosis) =
+        diagnosed(17, vec![Effect::Foreign(Foreign::ForceHum { amplitude_n: 0.02, frequency_hz: 3.7 })]);
+    assert!(diagnosis.mismatch.detected && diagnosis.verdict.unexplained);
+    let hums = |text: &&String| text.contains("hums at 3.70 Hz");
+    assert!(diagnosis.mismatch.properties.iter().any(|p| hums(&p)), "{:?}", diagnosis.mismatch.properties);
+    assert!(diagnosis.baseline.held_out_chi2_per_dof < 1.05, "{:?}", diagnosis.baseline);
 }
 
 #[test]
