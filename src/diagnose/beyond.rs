@@ -3,8 +3,8 @@
 use super::left::Left;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// How much wider than white noise the sum of squares of means scatters, because the error of a marker's rest position is
-/// common to all its means.
+/// How much wider than white noise the sum of squares of means scatters, because what elements leave is common to neighbours and to the
+/// pieces of a poke.
 const WIDER: f64 = 1.6;
 
 /// And that of the force where its zero wanders: the eight pieces of a poke then err alike.

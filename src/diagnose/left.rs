@@ -1,12 +1,14 @@
 //! What a reading leaves: means of the residual over parts of each poke, over what noise and elements may leave.
 //!
 //! A mean over many rows shows what white noise hides in each of them. Each poke is cut into pieces of its approach,
-//! hold and retreat; in every piece every component of the force and of every marker has one mean.
+//! hold and retreat; in every piece every component of the force and of every marker has one mean. The error of a marker's rest position,
+//! which all its means have in common, is estimated from all its frames and taken off: a second of rest before the first
+//! poke knows it no better than a piece of a poke does, the whole recording does.
 
 use super::diagnosis::{Channel, Phase};
-use super::model::{Acting, Model};
+use super::model::Model;
+use super::refit::Fitted;
 use super::track::Track;
-use nalgebra::DVector;
 
 /// All means of a reading.
 #[derive(Debug, Clone)]
@@ -44,8 +46,10 @@ const ELEMENTS: [f64; 2] = [4e-3, 1.5e-3];
 
 impl Left {
     /// Of a reading, the parameters given.
-    pub(super) fn of(model: &Model<'_>, acting: &Acting, at: &DVector<f64>) -> Option<Self> {
-        let marched = model.march(acting, at)?;
+    pub(super) fn of(model: &Model<'_>, fitted: &Fitted) -> Option<Self> {
+        let at = &fitted.at;
+        let marched = model.march(&fitted.acting, at)?;
+        let (stays_m, taken_off) = fitted.staying(model);
         let mut means = Vec::new();
         let markers = model.settled.evidence.rest.len();
         for (poke, track) in model.tracks.iter().enumerate() {
@@ -85,12 +89,20 @@ impl Left {
                         (channel, None, 1.0 + sum.n * model.correlation.wander, (ELEMENTS[0] * own).powi(2))
                     } else {
                         let (marker, axis) = ((i - 3) / 3, (i - 3) % 3);
-                        let noise = 1.0 + sum.n * (1.0 / model.rest_frames(marker) + model.lasting()[axis]);
+                        // With n of N frames and r at rest: 1 − n/(r + N), and what lasts.
+                        let noise = 1.0 + sum.n * (model.lasting()[axis] - taken_off[i - 3]);
                         let all = ELEMENTS[1] * largest * sum.n.sqrt();
                         let elements = (ELEMENTS[0] * own).powi(2) + all * all;
                         (Channel::Markers(axis as u8), Some(marker), noise, elements)
                     };
-                    let square = sum.residual.powi(2) / sum.n / (noise + elements);
+                    let residual = match marker {
+                        Some(_) => {
+                            let stays = stays_m[i - 3] * taken_off[i - 3] / model.marker_sd[(i - 3) % 3];
+                            sum.residual - sum.n * stays
+                        }
+                        None => sum.residual,
+                    };
+                    let square = residual.powi(2) / sum.n / (noise + elements);
                     means.push(Mean { poke, phase, channel, marker, square });
                 }
             }

@@ -181,7 +181,7 @@ fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Se
 const RIVALS: usize = 2;
 
 fn left(model: &Model<'_>, fitted: &Fitted) -> Result<Left, DiagnoseError> {
-    Left::of(model, &fitted.acting, &fitted.at).ok_or(DiagnoseError::Singular)
+    Left::of(model, fitted).ok_or(DiagnoseError::Singular)
 }
 
 /// How well a fit explains the recording. The modulus carries what the elements get wrong of it.

@@ -268,7 +268,7 @@ const NOTHING_SD: f64 = 2.0;
 /// Whether the means of the residual are those of noise.
 fn nothing_left(model: &Model<'_>, selection: &Selection) -> Option<bool> {
     let chosen = &selection.tried[selection.chosen?].fitted;
-    Some(Beyond::noise(&Left::of(model, &chosen.acting, &chosen.at)?).deviations() < NOTHING_SD)
+    Some(Beyond::noise(&Left::of(model, chosen)?).deviations() < NOTHING_SD)
 }
 
 /// Takes effects away that the others make superfluous.

@@ -91,7 +91,7 @@ pub(super) fn judge(
             || evidence.explained < EXPLAINS && after_noise.deviations() > PLAIN_SD
         {
             verdict.unexplained = true;
-            verdict.confidence = 0.5 + 0.45 * (1.0 - (evidence.explained / EXPLAINS).clamp(0.0, 1.0));
+            verdict.confidence = unlisted(&before_noise);
             remarks.push(format!(
                 "{} comes closest, but leaves {:.0} % of what is beyond noise",
                 names(&chosen.physics),
@@ -117,7 +117,7 @@ pub(super) fn judge(
         }
     } else if detected {
         verdict.unexplained = true;
-        verdict.confidence = 0.5;
+        verdict.confidence = unlisted(&before_noise);
     }
     if let Some(Evidence { left, .. }) = verdict.evidence.filter(|e| detected && e.left > PLAIN_SD) {
         remarks.push(format!(
@@ -177,11 +177,27 @@ fn confidence(evidence: &Evidence) -> f64 {
         + by_gain * evidence.gain.max(1.0).ln()
         + by_margin * evidence.margin.sqrt()
         + BY_THIRD * evidence.effects.saturating_sub(2) as f64;
-    (1.0 / (1.0 + (-score).exp())).min(MOST_SURE)
+    // What is left over may be a second effect, or the trace of another first one.
+    let complete = MOST_SURE - PER_SD_LEFT * (evidence.left - HARDLY_LEFT_SD).max(0.0);
+    (1.0 / (1.0 + (-score).exp())).min(complete.max(LEAST_COMPLETE))
 }
 
+/// Confidence lost for every standard deviation left beyond so many, down to this.
+const PER_SD_LEFT: f64 = 0.03;
+const HARDLY_LEFT_SD: f64 = 3.0;
+const LEAST_COMPLETE: f64 = 0.55;
+
+/// Confidence that what no entry explains is none of the catalogue: where it is plain to see, and where it hardly shows, and an entry may have
+/// been too weak to be named.
+fn unlisted(before: &Beyond) -> f64 {
+    let [plain, hardly] = UNLISTED;
+    if before.deviations() > PLAIN_SD { plain } else { hardly }
+}
+
+const UNLISTED: [f64; 2] = [0.85, 0.4];
+
 /// No verdict is surer than this: what nobody has thought of is always possible.
-pub const MOST_SURE: f64 = 0.99;
+pub const MOST_SURE: f64 = 0.97;
 
 /// Coefficients: constant, share explained, logarithm of the gain, root of the margin. Set by hand; `prove` shows
 /// how well they are calibrated.
