@@ -95,14 +95,9 @@ impl Left {
                         let elements = (ELEMENTS[0] * own).powi(2) + all * all;
                         (Channel::Markers(axis as u8), Some(marker), noise, elements)
                     };
-                    let residual = match marker {
-                        Some(_) => {
-                            let stays = stays_m[i - 3] * taken_off[i - 3] / model.marker_sd[(i - 3) % 3];
-                            sum.residual - sum.n * stays
-                        }
-                        None => sum.residual,
-                    };
-                    let square = residual.powi(2) / sum.n / (noise + elements);
+                    let stays =
+                        i.checked_sub(3).map_or(0.0, |i| stays_m[i] * taken_off[i] / model.marker_sd[i % 3]);
+                    let square = (sum.residual - sum.n * stays).powi(2) / sum.n / (noise + elements);
                     means.push(Mean { poke, phase, channel, marker, square });
                 }
             }
