@@ -14,13 +14,14 @@ struct Predicted {
     markers: Vec<f64>,
 }
 
-/// All pokes, by the baseline and by the reading chosen.
-pub(super) fn curves(model: &Model<'_>, baseline: &Fitted, extended: &Fitted) -> Vec<Curve> {
+/// All pokes, by the baseline and by the reading chosen, each with the model that it is one of.
+pub(super) fn curves(baseline: (&Model<'_>, &Fitted), extended: (&Model<'_>, &Fitted)) -> Vec<Curve> {
+    let model = baseline.0;
     (0..model.tracks.len())
         .into_par_iter()
         .filter_map(|poke| {
             let track = &model.tracks[poke];
-            let (before, after) = (predicted(model, baseline, poke)?, predicted(model, extended, poke)?);
+            let (before, after) = (predicted(baseline, poke)?, predicted(extended, poke)?);
             let frames = track.frames.iter().zip(before.markers.iter().zip(&after.markers));
             Some(Curve {
                 poke: track.number,
@@ -35,7 +36,7 @@ pub(super) fn curves(model: &Model<'_>, baseline: &Fitted, extended: &Fitted) ->
         .collect()
 }
 
-fn predicted(model: &Model<'_>, fitted: &Fitted, poke: usize) -> Option<Predicted> {
+fn predicted((model, fitted): (&Model<'_>, &Fitted), poke: usize) -> Option<Predicted> {
     let at = fitted.without(model, poke)?;
     let marched = model.march_near(fitted, &at)?;
     let track = &model.tracks[poke];
@@ -49,14 +50,11 @@ fn predicted(model: &Model<'_>, fitted: &Fitted, poke: usize) -> Option<Predicte
     let markers = markers.collect();
     let force_n = (0..track.time_s.len())
         .map(|row| {
-            let force = &marched.rows.force[track.first_row + row];
-            let more = model.force_added(track, &marched, row);
+            let felt = model.felt_at(track, &marched, row);
             (0..3)
                 .map(|axis| {
-                    let model =
-                        (force[axis].re + more[axis].re) * marched.effects.gain[axis].re * (1.0 + share(0));
-                    let drift = marched.effects.drift_n_per_s[axis].re * track.time_s[row];
-                    (model + drift) * track.direction[axis]
+                    let (of_tip, besides) = felt[axis];
+                    (of_tip.re * (1.0 + share(0)) + besides.re) * track.direction[axis]
                 })
                 .sum()
         })

@@ -74,6 +74,13 @@ catalogue! {
     CoarseMesh = "coarse-mesh",
 }
 
+impl Physics {
+    /// The entry that stands for those that are much alike: stiffening contains large strain.
+    pub(super) fn family(self) -> Self {
+        if self == Self::StrainStiffening { Self::FiniteStrain } else { self }
+    }
+}
+
 impl fmt::Display for Physics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.id())

@@ -96,15 +96,13 @@ impl Model<'_> {
         share: f64,
         counts: bool,
     ) -> DMatrix<f64> {
-        let Marched { rows, effects, fitted, .. } = marched;
-        let fitted = *fitted;
+        let fitted = marched.fitted;
         let chosen: Vec<usize> = (0..track.time_s.len()).filter(|&i| track.counts[i] == counts).collect();
         let mut out = DMatrix::zeros(3 * chosen.len(), fitted + 2);
         for (n, &row) in chosen.iter().enumerate() {
-            let more = self.force_added(track, marched, row);
+            let felt = self.felt_at(track, marched, row);
             for axis in 0..3 {
-                let model = (rows.force[track.first_row + row][axis] + more[axis]) * effects.gain[axis];
-                let besides = effects.drift_n_per_s[axis] * track.time_s[row];
+                let (model, besides) = felt[axis];
                 let all = model * (1.0 + share) + besides;
                 let sd = self.force_sd[axis];
                 let slope = gradient(&all, fitted);
@@ -118,9 +116,15 @@ impl Model<'_> {
         out
     }
 
-    /// What a law that is not linear adds to the force (N) of a track at one row of it.
-    pub(super) fn force_added(&self, track: &Track, marched: &Marched<'_>, row: usize) -> [Dual; 3] {
-        self.added(marched, track.index, track.first_row + row).0
+    /// What the sensor reads (N) at one row of a track along each axis: of the tip, and besides.
+    pub(super) fn felt_at(&self, track: &Track, marched: &Marched<'_>, row: usize) -> [(Dual, Dual); 3] {
+        let Marched { rows, effects, .. } = marched;
+        let at = track.first_row + row;
+        let more = self.added(marched, track.index, at).0;
+        std::array::from_fn(|axis| {
+            let of_tip = (rows.force[at][axis] + more[axis]) * effects.gain[axis];
+            (of_tip, effects.drift_n_per_s[axis] * track.time_s[row])
+        })
     }
 
     /// What a law that is not linear adds at one row of a march, as for this track: force (N) and, where it adds anything,
@@ -151,6 +155,11 @@ impl Model<'_> {
         marched: &Marched<'_>,
         share: f64,
     ) -> Option<DMatrix<f64>> {
+        Some(self.seen_rows(frame, marched, &self.moved_at(track, frame, marched)?, share))
+    }
+
+    /// Displacements of all markers (m) that a frame of a poke shows: value, then derivatives. `None` outside of its rows.
+    fn moved_at(&self, track: &Track, frame: &Frame, marched: &Marched<'_>) -> Option<DMatrix<f64>> {
         let Marched { rows, effects, fitted, .. } = marched;
         let ([left, right], s) = shown(&track.time_s, effects.lag_s, frame.time_s)?;
         let mut u = self.displacements(marched, [left, right].map(|row| track.first_row + row), s);
@@ -160,7 +169,18 @@ impl Model<'_> {
             let more = shelf.at(extra, track.index, &depth, modulus.re, *fitted);
             u += more.rows(3, u.nrows());
         }
-        Some(self.seen_rows(frame, marched, &u, share))
+        Some(u)
+    }
+
+    /// Displacements (m) of the markers seen in a frame of a poke, as the camera shows them: three components each, in the order of the frame.
+    pub(super) fn shown_at(
+        &self,
+        track: &Track,
+        frame: &Frame,
+        marched: &Marched<'_>,
+    ) -> Option<DVector<f64>> {
+        let seen = in_view(frame, marched, &self.moved_at(track, frame, marched)?);
+        Some(seen.column(marched.fitted).into_owned())
     }
 
     /// The same of a frame between pokes, whose error no site shares. `None` outside of what was marched through, at these times.
@@ -205,21 +225,8 @@ impl Model<'_> {
 
     /// Columns `[J | share | residual]` of a frame's markers where all of them are displaced by `u`.
     fn seen_rows(&self, frame: &Frame, marched: &Marched<'_>, u: &DMatrix<f64>, share: f64) -> DMatrix<f64> {
-        let Marched { effects, turn, fitted, .. } = marched;
-        let fitted = *fitted;
-        let seen = &frame.seen;
-        let mut out = DMatrix::zeros(3 * seen.len(), fitted + 2);
-        if effects.camera_acts() {
-            turned(u, turn, frame, &mut out);
-        } else {
-            // Column by column, as they lie in memory.
-            for (from, to) in (0..fitted).map(|j| (1 + j, j)).chain([(0, fitted)]) {
-                let (from, mut to) = (u.column(from), out.column_mut(to));
-                for (n, (marker, _)) in seen.iter().enumerate() {
-                    (0..3).for_each(|axis| to[3 * n + axis] = from[3 * marker + axis]);
-                }
-            }
-        }
+        let (fitted, seen) = (marched.fitted, &frame.seen);
+        let mut out = in_view(frame, marched, u);
         let scale = DVector::from_fn(3 * seen.len(), |row, _| self.marker_sd[row % 3].recip());
         for (row, s) in scale.iter().enumerate() {
             let (marker_row, axis) = (row / 3, row % 3);
@@ -250,6 +257,24 @@ impl Model<'_> {
             }
         }
     }
+}
+
+/// Columns `[J | value | 0]` of the markers of one frame as the camera shows them (m), where all markers are displaced by `u`.
+fn in_view(frame: &Frame, marched: &Marched<'_>, u: &DMatrix<f64>) -> DMatrix<f64> {
+    let fitted = marched.fitted;
+    let mut out = DMatrix::zeros(3 * frame.seen.len(), fitted + 2);
+    if marched.effects.camera_acts() {
+        turned(u, &marched.turn, frame, &mut out);
+        return out;
+    }
+    // Column by column, as they lie in memory.
+    for (from, to) in (0..fitted).map(|j| (1 + j, j)).chain([(0, fitted)]) {
+        let (from, mut to) = (u.column(from), out.column_mut(to));
+        for (n, (marker, _)) in frame.seen.iter().enumerate() {
+            (0..3).for_each(|axis| to[3 * n + axis] = from[3 * marker + axis]);
+        }
+    }
+    out
 }
 
 /// Columns `[J | value]` of the markers of one frame in the camera's view, in metres: `u` holds displacements and their

@@ -2,11 +2,14 @@
 //!
 //! 1. A hum of the force sensor is taken off. The baseline: the default fit, then all rows in time under the same model.
 //! 2. Every entry of the catalogue at first order; the best refitted in full; one by one, as long as they earn it
-//!    ([`select`](super::select)).
+//!    ([`select`](super::select)). Where they leave something, restraint is looked for anew under the best of them, and entries once more
+//!    ([`anew`](super::anew)).
 //!    A ball of another modulus is then refitted on elements that resolve it.
 //! 3. Is there a mismatch at all, where, and does what was chosen leave only noise?
 //! 4. How surely ([`verdict`](super::verdict)).
 
+use super::anew::{Anew, evidence, restraint, worth_it};
+use super::beyond::Beyond;
 use super::bulk::Lab;
 use super::curves::curves;
 use super::diagnosis::{
@@ -21,7 +24,7 @@ use super::next_poke::{Standing, next_poke};
 use super::parameters::parameters;
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend};
-use super::select::{Selection, Tried, select};
+use super::select::{MOST, NOTHING_SD, Selection, Tried, select};
 use super::undecided::undecided;
 use super::verdict::{Judged, judge, others};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
@@ -67,60 +70,157 @@ fn diagnosed(
         return Err(DiagnoseError::TooFewPokes { pokes: model.tracks.len() });
     }
     progress(Progress::Screening);
-    let mut tell = |acting, entries| progress(Progress::Refitting { acting, entries });
-    let mut selection = select(&model, &mut tell).ok_or(DiagnoseError::Singular)?;
-    // A memory's creep between pokes was taken for errors of the camera, which hid what else acts.
-    if let Some(chosen) = selection.chosen.map(|i| selection.tried[i].fitted.clone())
-        && model.measure_rest(&chosen)
-    {
-        selection = select(&model, &mut tell).ok_or(DiagnoseError::Singular)?;
-    }
-    if let Some(tried) = selection.chosen.map(|i| &mut selection.tried[i]) {
-        tried.fitted = resolved(&mut model, found, tried.fitted.clone(), progress)?;
-    }
-    let chosen = selection.chosen.map_or(&selection.base, |i| &selection.tried[i].fitted);
-    let before = left(&model, &selection.base)?;
-    let after = left(&model, chosen)?;
-    let mut judged = judge(&model, &selection, &before, &after, settings.false_alarm);
-    judged.doubt_stiffening(&model, chosen);
-    judged.remarks.extend(limits(&model, &selection.base));
-    // What is not blamed does not extend the baseline either.
-    let extended = if judged.verdict.physics.is_empty() { &selection.base } else { chosen };
-    let (channels, pokes, phases) = if judged.detected { parts(&model, &before) } else { Default::default() };
-    let covariance = extended.stated_covariance(&model);
-    let baseline = reading(&model, found, &selection.base)?;
-    let extension = reading(&model, found, extended)?;
-    judged.doubt_modulus(extension.young_modulus_pa, recording.phantom.modulus_range_pa);
-    Ok(Diagnosis {
-        recording: recording.name.clone(),
-        mismatch: Mismatch {
-            detected: judged.detected,
-            p_value: judged.p_value,
-            channels,
-            pokes,
-            phases,
-            region: judged.detected.then(|| region(&model, &before)).flatten(),
-            properties: judged.properties.clone(),
-        },
-        parameters: parameters(&model, extended, covariance.as_ref(), &judged.verdict.physics),
-        candidates: candidates(&model, &selection, &judged),
-        baseline,
-        extended: extension,
-        next_poke: next(&model, &selection, &judged, settings),
-        curves: curves(&model, &selection.base, extended),
-        remarks: judged.remarks.clone(),
-        verdict: judged.verdict,
-    })
+    let selection = Selection::new(&model).ok_or(DiagnoseError::Singular)?;
+    Run { recording, settings, progress }.explained(&mut model, selection, None, &LOOKS)
 }
+
+/// Most effects after every look for more of them; after each but the last restraint is looked for anew.
+const LOOKS: [usize; 3] = [1, MOST, MOST];
+
+/// A reading with the model that it is one of.
+#[derive(Clone, Copy)]
+struct Explained<'p> {
+    model: &'p Model<'p>,
+    fitted: &'p Fitted,
+}
+
+/// A diagnosis under way.
+struct Run<'r> {
+    recording: &'r Recording,
+    settings: &'r Settings,
+    progress: &'r mut dyn FnMut(Progress),
+}
+
+impl Run<'_> {
+    /// Goes on from a selection by these looks; `plain` is the baseline of the default fit where another restraint was found since.
+    fn explained(
+        &mut self,
+        model: &mut Model<'_>,
+        mut selection: Selection,
+        plain: Option<Explained<'_>>,
+        looks: &[usize],
+    ) -> Result<Diagnosis, DiagnoseError> {
+        let Some((&most, further)) = looks.split_first() else {
+            return self.said(model, selection, plain);
+        };
+        self.select(model, &mut selection, most)?;
+        // A memory's creep between pokes was taken for errors of the camera, which hid what else acts.
+        if selection.chosen.is_some() && model.measure_rest(&selection.best().clone()) {
+            selection = Selection::new(model).ok_or(DiagnoseError::Singular)?;
+            self.select(model, &mut selection, most)?;
+        }
+        let readings = worth_it(model, &selection);
+        let leaves = Beyond::noise(&left(model, selection.best())?);
+        let before = plain.unwrap_or(Explained { model, fitted: &selection.base });
+        let before = Beyond::noise(&left(before.model, before.fitted)?);
+        // What no entry comes close to no restraint brings close.
+        let hopeless = match readings.first() {
+            Some(best) => before.explained(&Beyond::noise(&left(model, &best.fitted)?)) < WORTH_IT,
+            None => true,
+        };
+        if leaves.deviations() < NOTHING_SD || hopeless || further.is_empty() {
+            self.select(model, &mut selection, MOST)?;
+            return self.said(model, selection, plain);
+        }
+        let settled = model.settled;
+        let evidence = evidence(model, &readings);
+        let restraint = restraint(settled, &evidence)?;
+        let held: Vec<_> = restraint.iter().map(|anew| Some(settled.with(anew.as_ref()?))).collect();
+        let mut best: Option<Anew<'_>> = None;
+        for (tried, held) in readings.iter().zip(&held) {
+            let Some(held) = held else { continue };
+            let Some(anew) = Anew::new(model, &tried.fitted, held)? else { continue };
+            if best.as_ref().is_none_or(|b| anew.criterion() < b.criterion()) {
+                best = Some(anew);
+            }
+        }
+        let here = selection.best().criterion(model);
+        match best.filter(|best| best.criterion() < here - BETTER) {
+            Some(Anew { model: mut other, .. }) => {
+                let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
+                let anew = Selection::new(&other).ok_or(DiagnoseError::Singular)?;
+                self.explained(&mut other, anew, Some(plain), further)
+            }
+            None => self.explained(model, selection, plain, further),
+        }
+    }
+
+    /// Adds effects, up to `most`.
+    fn select(
+        &mut self,
+        model: &Model<'_>,
+        selection: &mut Selection,
+        most: usize,
+    ) -> Result<(), DiagnoseError> {
+        let mut tell = |acting, entries| (self.progress)(Progress::Refitting { acting, entries });
+        select(model, selection, most, &mut tell).ok_or(DiagnoseError::Singular)
+    }
+
+    /// The diagnosis that a selection amounts to.
+    fn said(
+        &mut self,
+        model: &mut Model<'_>,
+        mut selection: Selection,
+        plain: Option<Explained<'_>>,
+    ) -> Result<Diagnosis, DiagnoseError> {
+        if let Some(tried) = selection.chosen.map(|i| &mut selection.tried[i]) {
+            tried.fitted = resolved(model, tried.fitted.clone(), self.progress)?;
+        }
+        let model = &*model;
+        let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
+        let chosen = selection.best();
+        let (before, after) = (left(plain.model, plain.fitted)?, left(model, chosen)?);
+        let mut judged =
+            judge(model, &selection, plain.fitted.cost, &before, &after, self.settings.false_alarm);
+        judged.doubt_stiffening(model, chosen);
+        judged.remarks.extend(limits(plain.model, plain.fitted));
+        // What is not blamed does not extend the baseline either.
+        let extended = match judged.verdict.physics.is_empty() {
+            true => plain,
+            false => Explained { model, fitted: chosen },
+        };
+        let (channels, pokes, phases) =
+            if judged.detected { parts(model, &before) } else { Default::default() };
+        let covariance = extended.fitted.stated_covariance(extended.model);
+        let extension = reading(extended)?;
+        judged.doubt_modulus(extension.young_modulus_pa, self.recording.phantom.modulus_range_pa);
+        Ok(Diagnosis {
+            recording: self.recording.name.clone(),
+            mismatch: Mismatch {
+                detected: judged.detected,
+                p_value: judged.p_value,
+                channels,
+                pokes,
+                phases,
+                region: judged.detected.then(|| region(model, &before)).flatten(),
+                properties: judged.properties.clone(),
+            },
+            parameters: parameters(model, extended.fitted, covariance.as_ref(), &judged.verdict.physics),
+            candidates: candidates(model, &selection, &judged),
+            baseline: reading(plain)?,
+            extended: extension,
+            next_poke: next(model, &selection, &judged, self.settings),
+            curves: curves((plain.model, plain.fitted), (extended.model, extended.fitted)),
+            remarks: judged.remarks.clone(),
+            verdict: judged.verdict,
+        })
+    }
+}
+
+/// Share of what is beyond noise that a reading must explain for restraint to be looked for anew.
+const WORTH_IT: f64 = 0.3;
+
+/// By so much a restraint found anew must explain more to be taken.
+const BETTER: f64 = 10.0;
 
 /// A reading with a ball of another modulus, refitted with elements that resolve it: what they add to the change is taken
 /// up where the refit ends, a few times over. Other readings stay as they are.
 fn resolved(
     model: &mut Model<'_>,
-    found: &Settled<'_>,
     mut fitted: Fitted,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Fitted, DiagnoseError> {
+    let found = model.settled;
     let knobs = |model: &Model<'_>, fitted: &Fitted| model.bulk_knobs(&fitted.acting, &fitted.at);
     let Some(size_m) = model.lab().and_then(|lab| lab.resolving(&knobs(model, &fitted))) else {
         return Ok(fitted);
@@ -185,13 +285,13 @@ fn left(model: &Model<'_>, fitted: &Fitted) -> Result<Left, DiagnoseError> {
 }
 
 /// How well a fit explains the recording. The modulus carries what the elements get wrong of it.
-fn reading(model: &Model<'_>, found: &Settled<'_>, fitted: &Fitted) -> Result<Reading, DiagnoseError> {
+fn reading(Explained { model, fitted }: Explained<'_>) -> Result<Reading, DiagnoseError> {
     let covariance = fitted.stated_covariance(model).ok_or(DiagnoseError::Singular)?;
     let parameters = fitted.at.len() - 2 * model.body.sites;
     let held_out = fitted.held_out(model).ok_or(DiagnoseError::Singular)?;
     let value = fitted.at[0].exp();
     let excess = (fitted.chi2() / fitted.values() as f64).max(1.0);
-    let relative = (covariance[(0, 0)] * excess + found.modulus_error()?.powi(2)).sqrt();
+    let relative = (covariance[(0, 0)] * excess + model.settled.modulus_error()?.powi(2)).sqrt();
     Ok(Reading {
         young_modulus_pa: Estimate { value, sd: value * relative },
         restraint_total_n_per_m: model.springs_n_per_m(&fitted.acting, &fitted.at),

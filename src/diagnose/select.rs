@@ -41,6 +41,8 @@ pub(super) struct Selection {
     pub tried: Vec<Tried>,
     /// Index in `tried` of what is chosen; none: the baseline stays.
     pub chosen: Option<usize>,
+    /// Whether nothing that could be added earns it.
+    pub complete: bool,
 }
 
 /// A look at first order, where it does not start from the baseline: a step to the start's own valley, and one by which it is judged.
@@ -61,7 +63,7 @@ const BEST: usize = 5;
 const PROMISING: f64 = 0.15;
 
 /// Most effects at once.
-const MOST: usize = 3;
+pub(super) const MOST: usize = 3;
 
 /// An effect must lower the sum of squares by this much: what chance does to several parameters once in 10⁴ times, and what
 /// elements do to the instruments' effects.
@@ -101,24 +103,49 @@ pub(super) const LARGE: [Physics; 4] =
 /// A patch whose absence costs less than this was never there.
 const PATCH: f64 = 30.0;
 
-/// Chooses.
-pub(super) fn select(model: &Model<'_>, progress: &mut dyn FnMut(usize, usize)) -> Option<Selection> {
-    let base = descend(model, &Acting::default(), model.start(&[]), IN_FULL)?;
-    let mut screened = screen(model, &base, &[]);
-    let mut selection = Selection { base, screened: screened.clone(), tried: Vec::new(), chosen: None };
-    for round in 0..MOST {
+impl Selection {
+    /// Nothing chosen yet.
+    pub(super) fn new(model: &Model<'_>) -> Option<Self> {
+        let base = descend(model, &Acting::default(), model.start(&[]), IN_FULL)?;
+        Some(Self { base, screened: Vec::new(), tried: Vec::new(), chosen: None, complete: false })
+    }
+
+    /// What is chosen, or else the baseline.
+    pub(super) fn best(&self) -> &Fitted {
+        self.chosen.map_or(&self.base, |i| &self.tried[i].fitted)
+    }
+
+    /// Whether the means of what is left are those of noise.
+    pub(super) fn leaves_nothing(&self, model: &Model<'_>) -> Option<bool> {
+        Some(Beyond::noise(&Left::of(model, self.best())?).deviations() < NOTHING_SD)
+    }
+}
+
+/// Adds effects, one by one, up to `most`; `None` where the model has no answer.
+pub(super) fn select(
+    model: &Model<'_>,
+    selection: &mut Selection,
+    most: usize,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Option<()> {
+    let act = selection.chosen.map_or(0, |i| selection.tried[i].physics.len());
+    for _ in act..if selection.complete { act } else { most } {
         let (mut current, physics) = match selection.chosen.map(|i| &selection.tried[i]) {
             Some(tried) => (tried.fitted.clone(), tried.physics.clone()),
             None => (selection.base.clone(), Vec::new()),
         };
-        if round > 0 {
-            screened = screen(model, &current, &physics);
+        // Where the means show nothing any more, what instruments and bands do may still hide in the modulus. It must promise all that is asked.
+        let quiet = !physics.is_empty() && selection.leaves_nothing(model)?;
+        let promise = if quiet { 1.0 } else { 0.5 };
+        let screened = screen(model, &current, &physics, !quiet);
+        if physics.is_empty() {
+            selection.screened.clone_from(&screened);
         }
         let share = LEAST_SHARE * (selection.base.cost - current.cost);
         let least = |base: &Fitted, physics: Physics| least(model, base, physics).max(share);
         let best_gain = screened.first().map_or(0.0, |s| s.gain);
         let promising = |s: &&Screened| {
-            s.gain > 0.5 * least(&selection.base, s.start.physics) && s.gain > PROMISING * best_gain
+            s.gain > promise * least(&selection.base, s.start.physics) && s.gain > PROMISING * best_gain
         };
         let worth: Vec<&Screened> = screened.iter().filter(promising).collect();
         let contenders = best_of_each(&worth, BEST);
@@ -150,17 +177,15 @@ pub(super) fn select(model: &Model<'_>, progress: &mut dyn FnMut(usize, usize)) 
         });
         let known = selection.tried.len();
         selection.tried.extend(refitted);
+        selection.complete = best.is_none();
         let Some(best) = best else { break };
         let best = known + best;
         let rested = descend_from(model, selection.tried[best].fitted.clone(), IN_FULL);
         selection.tried[best].fitted = pruned(model, rested);
         selection.chosen = Some(best);
-        thin(model, &mut selection);
-        if nothing_left(model, &selection)? {
-            break;
-        }
+        thin(model, selection);
     }
-    Some(selection)
+    Some(())
 }
 
 /// The fit before `tried` was, from where `tried` carried it, if that is a better place.
@@ -263,13 +288,7 @@ pub(super) fn least(model: &Model<'_>, base: &Fitted, physics: Physics) -> f64 {
 }
 
 /// Less than this, in standard deviations, is no more than noise leaves.
-const NOTHING_SD: f64 = 2.0;
-
-/// Whether the means of the residual are those of noise.
-fn nothing_left(model: &Model<'_>, selection: &Selection) -> Option<bool> {
-    let chosen = &selection.tried[selection.chosen?].fitted;
-    Some(Beyond::noise(&Left::of(model, chosen)?).deviations() < NOTHING_SD)
-}
+pub(super) const NOTHING_SD: f64 = 2.0;
 
 /// Takes effects away that the others make superfluous.
 fn thin(model: &Model<'_>, selection: &mut Selection) {
@@ -290,6 +309,7 @@ fn thin(model: &Model<'_>, selection: &mut Selection) {
                 let physics = chosen.physics.iter().copied().filter(|p| *p != gone).collect();
                 Some(Tried { physics, fitted })
             })
+            .chain(unstiffened(model, &chosen, least))
             .collect();
         let best = fewer.into_iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
         match best {
@@ -300,6 +320,21 @@ fn thin(model: &Model<'_>, selection: &mut Selection) {
             _ => return,
         }
     }
+}
+
+/// Large strain in the place of stiffening, which contains it.
+fn unstiffened(model: &Model<'_>, chosen: &Tried, least: f64) -> Option<Tried> {
+    let Fitted { acting, at, cost, .. } = &chosen.fitted;
+    let stiffens = |knob: &Knob| matches!(knob, Knob::Stiffening(_));
+    let stiffening = acting.knobs.iter().position(stiffens)?;
+    let (mut acting, mut at) = (acting.clone(), at.clone());
+    acting.knobs[stiffening] = Knob::FiniteStrain;
+    at[model.base() + stiffening] = 1.0;
+    ready(model, &[(Knob::FiniteStrain, 1.0)], true);
+    let effort = Effort { optimism: FROM_CLOSE, hopeless: cost + least, ..IN_FULL };
+    let fitted = descend(model, &acting, at, effort)?;
+    let large = |p: &Physics| if *p == Physics::StrainStiffening { Physics::FiniteStrain } else { *p };
+    Some(Tried { physics: chosen.physics.iter().map(large).collect(), fitted })
 }
 
 /// The fit without the patches that it no longer needs.
@@ -321,9 +356,9 @@ fn pruned(model: &Model<'_>, fitted: Fitted) -> Fitted {
     best
 }
 
-/// Every entry but those that act already, from all its starts; the most promising first.
-fn screen(model: &Model<'_>, current: &Fitted, physics: &[Physics]) -> Vec<Screened> {
-    let mut screened: Vec<Screened> = starts(model, current)
+/// Every entry but those that act already, from all its starts (or those that leave the body as it is); the most promising first.
+fn screen(model: &Model<'_>, current: &Fitted, physics: &[Physics], of_the_body: bool) -> Vec<Screened> {
+    let mut screened: Vec<Screened> = starts(model, current, of_the_body)
         .into_par_iter()
         .filter(|start| !physics.contains(&start.physics))
         .filter_map(|start| {
@@ -373,7 +408,11 @@ pub(super) fn extended(model: &Model<'_>, current: &Fitted, knobs: &[(Knob, f64)
 }
 
 /// A fit with fewer knobs.
-fn reduced(model: &Model<'_>, current: &Fitted, keep: impl Fn(&Knob) -> bool) -> (Acting, DVector<f64>) {
+pub(super) fn reduced(
+    model: &Model<'_>,
+    current: &Fitted,
+    keep: impl Fn(&Knob) -> bool,
+) -> (Acting, DVector<f64>) {
     let kept: Vec<bool> = current.acting.knobs.iter().map(keep).collect();
     let mut kept_again = kept.iter();
     let mut acting = current.acting.clone();

@@ -44,10 +44,11 @@ const LEAST_CONFIDENCE: f64 = 0.5;
 /// acts the most that was seen is 1.5 (drying, for a zero that wandered through a session).
 const BEYOND_CHANCE: f64 = 2.0;
 
-/// Judges a selection by what is left before and after it.
+/// Judges a selection by what is left before and after it. `plain` is the sum of squares of the baseline with a restraint found for itself.
 pub(super) fn judge(
     model: &Model<'_>,
     selection: &Selection,
+    plain: f64,
     before: &Left,
     after: &Left,
     false_alarm: f64,
@@ -68,9 +69,10 @@ pub(super) fn judge(
     if let Some(chosen) = chosen {
         let others = others(selection, chosen);
         let lacks = |other: &Tried| other.fitted.cost - chosen.fitted.cost;
-        let margin = |other: &&Tried| lacks(other) / own_gain(selection, chosen, other);
-        let earned =
-            |p: &Physics| without(selection, chosen, |other| other != p) / least(model, &selection.base, *p);
+        let margin = |other: &&Tried| lacks(other) / own_gain(selection, plain, chosen, other);
+        let earned = |p: &Physics| {
+            without(selection, plain, chosen, |other| other != p) / least(model, &selection.base, *p)
+        };
         let evidence = Evidence {
             explained: before_noise.explained(&after_noise),
             gain: chosen.physics.iter().map(earned).fold(f64::INFINITY, f64::min),
@@ -100,7 +102,7 @@ pub(super) fn judge(
         } else {
             verdict.physics.clone_from(&chosen.physics);
             verdict.confidence = sure;
-            for other in others.iter().filter(|o| lacks(o) < alike(own_gain(selection, chosen, o))) {
+            for other in others.iter().filter(|o| lacks(o) < alike(own_gain(selection, plain, chosen, o))) {
                 for &physics in other.physics.iter().filter(|p| !chosen.physics.contains(p)) {
                     if !verdict.ambiguous_with.contains(&physics) {
                         verdict.ambiguous_with.push(physics);
@@ -157,16 +159,16 @@ pub(super) fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tr
 /// What the chosen reading explains beyond what it has in common with another.
 ///
 /// Why: beside an effect that explains nearly everything, all that may come with it lack little of the whole.
-fn own_gain(selection: &Selection, chosen: &Tried, other: &Tried) -> f64 {
-    without(selection, chosen, |p| other.physics.contains(p))
+fn own_gain(selection: &Selection, plain: f64, chosen: &Tried, other: &Tried) -> f64 {
+    without(selection, plain, chosen, |p| other.physics.contains(p))
 }
 
 /// By how much the sum of squares rises where only some effects of the chosen reading act.
-fn without(selection: &Selection, chosen: &Tried, stays: impl Fn(&Physics) -> bool) -> f64 {
+fn without(selection: &Selection, plain: f64, chosen: &Tried, stays: impl Fn(&Physics) -> bool) -> f64 {
     let kept: Vec<&Physics> = chosen.physics.iter().filter(|p| stays(p)).collect();
     let same = |t: &&Tried| t.physics.len() == kept.len() && kept.iter().all(|p| t.physics.contains(p));
     let costs = selection.tried.iter().filter(same).map(|t| t.fitted.cost);
-    costs.fold(selection.base.cost, f64::min) - chosen.fitted.cost
+    costs.fold(plain.min(selection.base.cost), f64::min) - chosen.fitted.cost
 }
 
 /// Logistic in the evidence.

@@ -13,7 +13,9 @@ use super::lift::entered;
 use super::limit::{Finer, Level, settle};
 use super::outcome::{Elements, Settled, outcome};
 use super::problem::{Linearised, Problem, State};
+use super::refit::where_answered;
 use super::residual::Whitening;
+use super::restraint::Restraint;
 use super::result::Fit;
 use super::search::{Candidate, candidates, search, with_missed};
 use super::sprung::with_springs;
@@ -25,6 +27,7 @@ use crate::fem::{
 use crate::geometry::Vec3;
 use crate::mesh::{SurfaceIndex, TetMesh, refine};
 use crate::observation::{self, Contact, Recording, TipShape};
+use std::sync::Arc;
 
 /// How a fit is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,40 +127,116 @@ pub fn settled<T, E: From<InverseError>>(
     let start = State { modulus: (low * high).sqrt(), patches: Vec::new() };
     let radius = settings.patch_radius_m;
     let mut finest = None;
-    let mut found = rayon::in_place_scope(|scope| {
+    let first = rayon::in_place_scope(|scope| {
         if !settings.quick {
             // The search needs one core at most: the finer elements are made meanwhile.
             scope.spawn(|_| finest = Some(finer(recording, &evidence, &tips, settings)));
         }
         search(&mut problem, None, &start, radius, &places, &mut tell)
     })?;
-    let mut finest = finest.transpose()?;
-    if let Some(made) = &mut finest {
-        // A patch close to a side of the body needs that side resolved, as a tip does.
-        let close = close_to_sides(recording, &found)?;
-        if !close.is_empty() {
-            let discs: Vec<Spot> = tips.into_iter().chain(close).collect();
-            *made = finer(recording, &evidence, &discs, settings)?;
+    let finest = finest.transpose()?.map(Arc::new);
+    let ground = Ground { recording, settings, elements: &elements, evidence: &evidence, places: &places };
+    let found = ground.to_the_limit(problem, finest, true, first, &mut tell)?;
+    then(&ground.settled(&found))
+}
+
+/// What a fit stands on.
+#[derive(Clone, Copy)]
+struct Ground<'a> {
+    recording: &'a Recording,
+    settings: &'a Settings,
+    elements: &'a Elements,
+    evidence: &'a Evidence,
+    places: &'a [Candidate],
+}
+
+/// Modulus and restraint that were found, with the model by which they were.
+pub struct Found<'a> {
+    problem: Problem<'a>,
+    finer: Option<Arc<Finer>>,
+    at: Linearised,
+}
+
+impl Found<'_> {
+    /// Whether the restraint is, to a tenth of its size, that of another fit.
+    pub fn alike(&self, other: &Settled<'_>) -> bool {
+        let (own, others) = (&self.at.state.patches, &other.at.state.patches);
+        let alike = |(a, b): (&Restraint, &Restraint)| {
+            let close = |a: f64, b: f64| (a - b).abs() <= ALIKE * a.max(b);
+            a.glued == b.glued
+                && (a.centre - b.centre).norm() <= ALIKE * a.radius_m
+                && close(a.softness, b.softness)
+                && close(a.radius_m, b.radius_m)
+        };
+        own.len() == others.len() && own.iter().zip(others).all(alike)
+    }
+}
+
+/// That share.
+const ALIKE: f64 = 0.1;
+
+impl<'a> Ground<'a> {
+    /// On from what was found on the first discretisation; on finer ones that resolve the sides of the body that patches are close to, if asked.
+    fn to_the_limit<'e>(
+        self,
+        mut problem: Problem<'e>,
+        mut finer: Option<Arc<Finer>>,
+        resolve_sides: bool,
+        first: Linearised,
+        tell: &mut impl FnMut(&Linearised),
+    ) -> Result<Found<'e>, InverseError> {
+        let (site, radius) = (self.elements.site, self.settings.patch_radius_m);
+        let mut at = first;
+        if let Some(made) = &mut finer {
+            // A patch close to a side of the body needs that side resolved, as a tip does.
+            let close = if resolve_sides { close_to_sides(self.recording, &at)? } else { Vec::new() };
+            if !close.is_empty() {
+                let tips = tips(self.recording, self.evidence)?;
+                let discs: Vec<Spot> = tips.into_iter().chain(close).collect();
+                *made = Arc::new(self::finer(self.recording, self.evidence, &discs, self.settings)?);
+            }
+            at = search(&mut problem, Some(made), &at.state, radius, self.places, tell)?;
         }
-        found = search(&mut problem, Some(made), &found.state, radius, &places, &mut tell)?;
+        problem.whitening = Whitening::new(problem.evidence, site);
+        at = settle(&mut problem, finer.as_deref(), at)?;
+        if let Some(finer) = &finer
+            && let Some(more) = completed(&mut problem, finer, &at, site, radius, self.places)?
+        {
+            at = more;
+        }
+        at = with_springs(&mut problem, finer.as_deref(), at, radius)?;
+        Ok(Found { problem, finer, at })
     }
-    problem.whitening = Whitening::new(&evidence, elements.site);
-    let mut found = settle(&mut problem, finest.as_ref(), found)?;
-    if let Some(finest) = &finest
-        && let Some(more) = completed(&mut problem, finest, &found, elements.site, radius, &places)?
-    {
-        found = more;
+
+    fn settled(self, found: &'a Found<'a>) -> Settled<'a> {
+        let Self { recording, settings, elements, evidence, places } = self;
+        let Found { problem, finer, at } = found;
+        Settled { recording, settings, elements, evidence, problem, at, finer: finer.as_ref(), places }
     }
-    found = with_springs(&mut problem, finest.as_ref(), found, radius)?;
-    then(&Settled {
-        recording,
-        settings,
-        elements: &elements,
-        evidence: &evidence,
-        problem: &problem,
-        at: &found,
-        finer: finest.as_ref(),
-    })
+}
+
+impl<'a> Settled<'a> {
+    fn ground(&self) -> Ground<'a> {
+        let &Self { recording, settings, elements, evidence, places, .. } = self;
+        Ground { recording, settings, elements, evidence, places }
+    }
+
+    /// Looks anew for modulus and restraint, in other `evidence` of the same pokes, on the discretisations that are there.
+    ///
+    /// # Errors
+    /// As [`fit`].
+    pub fn found_in<'e>(&self, evidence: &'e Evidence) -> Result<Found<'e>, InverseError> {
+        let mut problem = self.problem.with(evidence, self.elements.search);
+        let start = State { modulus: self.at.state.modulus, patches: Vec::new() };
+        let radius = self.settings.patch_radius_m;
+        let first = search(&mut problem, None, &start, radius, self.places, &mut |_| {})?;
+        self.ground().to_the_limit(problem, self.finer.map(Arc::clone), false, first, &mut |_| {})
+    }
+
+    /// The same recording with another restraint and modulus.
+    pub fn with<'b>(&'b self, found: &'b Found<'b>) -> Settled<'b> {
+        self.ground().settled(found)
+    }
 }
 
 /// A settled fit with the patch that its search missed, settled anew; `None`, and the problem as it was, where none was missed or the
@@ -175,7 +254,9 @@ fn completed<'a>(
     let at = problem.linearise(&found.state)?;
     if let Some(more) = with_missed(problem, finest, &at, radius_m, places)? {
         match settle(problem, Some(finest), more) {
-            Err(InverseError::NotSettled { .. }) => problem.correct(finest, &found.state.patches)?,
+            Err(InverseError::NotSettled { .. }) => {
+                where_answered(problem.correct(finest, &found.state.patches))?;
+            }
             settled => return settled.map(Some),
         }
     }

@@ -85,6 +85,9 @@ impl Finer {
 /// Rounds of correcting and fitting: each leaves a few per cent of the correction's change, so that few are needed.
 const ROUNDS: usize = 12;
 
+/// As many are enough where the model is taken to be wrong: it may never settle.
+pub(super) const UNRESTED_ROUNDS: usize = 5;
+
 /// Rounds in which the size of the elements' error is estimated anew; later it stays, so that the fit can settle.
 const ESTIMATES: usize = 4;
 
@@ -96,7 +99,8 @@ pub(super) fn settle(
     mut at: Linearised,
 ) -> Result<Linearised, InverseError> {
     let mut rounds = 0;
-    while rounds < ROUNDS {
+    let most = if problem.unrested { UNRESTED_ROUNDS } else { ROUNDS };
+    while rounds < most {
         rounds += 1;
         if let Some(finer) = finer
             && where_answered(problem.correct(finer, &at.state.patches))?.is_none()

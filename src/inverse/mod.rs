@@ -40,7 +40,7 @@ pub use blocks::{Bench, Blocks, SiteBlocks, TipResponse};
 pub use condensed::{Condensed, Loaded};
 pub use error::InverseError;
 pub use evidence::{DRIVE, Drive, DriveTrack, Driven, Evidence, Reading, Site, WEIGHT};
-pub use fit::{Progress, Settings, cut_finer, finer_level, fit, settled};
+pub use fit::{Found, Progress, Settings, cut_finer, finer_level, fit, settled};
 pub use forward::{Change, Forward, Group, NewDisc, Prediction, SitePrediction};
 pub use grip::Grip;
 pub use lift::{DriveNoise, Driving, Lift};

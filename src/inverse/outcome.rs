@@ -9,7 +9,7 @@ use super::problem::{Linearised, Parameter, Problem};
 use super::restraint::{Mounted, Restraint};
 use super::result::{Discretisation, Estimate, Fit, FitMethod, Patch, PatchKind};
 use super::rows::{Left, leftovers};
-use super::search::MOST_PATCHES;
+use super::search::{Candidate, MOST_PATCHES};
 use super::view::poke_views;
 use crate::fem::{Order, disc_self_compliance};
 use crate::geometry::Vec3;
@@ -17,6 +17,7 @@ use crate::observation::Recording;
 use crate::units::{newtons_per_metre, pascals};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::sync::Arc;
 
 /// A converged fit, before it is put into words.
 pub struct Settled<'a> {
@@ -33,7 +34,9 @@ pub struct Settled<'a> {
     /// The state there, corrected to the limit of fine elements, with its Jacobian.
     pub at: &'a Linearised,
     /// The finer discretisations that it was corrected by; `None` for a quick fit.
-    pub finer: Option<&'a Finer>,
+    pub finer: Option<&'a Arc<Finer>>,
+    /// Where patches were looked for.
+    pub(super) places: &'a [Candidate],
 }
 
 /// Share of the step from the finest discretisation to the extrapolated limit that is taken as the standard
@@ -175,7 +178,7 @@ pub fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
         given_tets: recording.mesh.tets.len(),
         degrees_of_freedom: found
             .finer
-            .map_or(&found.problem.bench, |finer| &finer.fine.bench)
+            .map_or(&*found.problem.bench, |finer| &finer.fine.bench)
             .model
             .unknowns(),
         modulus_error,

@@ -10,6 +10,7 @@ use super::restraint::{Mounted, Restraint};
 use crate::fem::Response;
 use crate::geometry::{Vec3, basis_from_axis};
 use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
 
 /// What is to be found.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,14 +39,14 @@ pub struct Problem<'a> {
     /// What was observed.
     pub evidence: &'a Evidence,
     /// The model.
-    pub bench: Bench,
+    pub bench: Arc<Bench>,
     /// Faces of the search surface.
     pub search: Vec<usize>,
     /// Faces of the known glue.
     pub held: Vec<usize>,
     /// Responses to a force on each marker, by which their compliance with any place on the surface is known;
     /// without them patches keep their places.
-    pub adjoint: Vec<Response>,
+    pub adjoint: Arc<[Response]>,
     /// What finer elements add to the model's compliance.
     pub correction: Option<Correction>,
     /// How readings are weighed; kept while states are compared, renewed between.
@@ -111,9 +112,24 @@ impl<'a> Problem<'a> {
         held: Vec<usize>,
         elements_sd: f64,
     ) -> Result<Self, InverseError> {
-        let adjoint = bench.model.respond(&bench.markers.iter().collect::<Vec<_>>())?;
+        let adjoint = bench.model.respond(&bench.markers.iter().collect::<Vec<_>>())?.into();
         let whitening = Whitening::new(evidence, elements_sd);
+        let bench = Arc::new(bench);
         Ok(Self { evidence, bench, search, held, adjoint, correction: None, whitening, unrested: false })
+    }
+
+    /// The same model, not corrected yet, with other evidence of the same pokes to explain.
+    pub(super) fn with<'b>(&self, evidence: &'b Evidence, elements_sd: f64) -> Problem<'b> {
+        Problem {
+            evidence,
+            bench: Arc::clone(&self.bench),
+            search: self.search.clone(),
+            held: self.held.clone(),
+            adjoint: Arc::clone(&self.adjoint),
+            correction: None,
+            whitening: Whitening::new(evidence, elements_sd),
+            unrested: self.unrested,
+        }
     }
 
     /// Puts restraint on the model.

@@ -8,7 +8,7 @@
 
 use super::error::InverseError;
 use super::forward::{Change, Forward, NewDisc};
-use super::limit::Finer;
+use super::limit::{Finer, UNRESTED_ROUNDS};
 use super::problem::{Linearised, Parameter, Problem, State};
 use super::refit::{Descent, GOOD_ENOUGH, descend, descend_below, refit, settled, unit, where_answered};
 use super::restraint::{Mounted, Restraint};
@@ -171,7 +171,8 @@ pub fn search(
     looking.correct(&start.patches)?;
     let mut at = refit(looking.problem, start)?;
     let mut rounds = 0;
-    while rounds < ROUNDS {
+    let most = if looking.problem.unrested { UNRESTED_ROUNDS } else { ROUNDS };
+    while rounds < most {
         rounds += 1;
         tell(&at);
         if where_answered(looking.correct(&at.state.patches))?.is_none() {
@@ -223,7 +224,11 @@ pub(super) fn with_missed(
         return Ok(None);
     }
     let correction = problem.correction.take();
-    problem.correct(finer, &at.state.patches)?;
+    // Where patches crowd so that the corrected model has no answer, the fit has settled without.
+    if where_answered(problem.correct(finer, &at.state.patches))?.is_none() {
+        problem.correction = correction;
+        return Ok(None);
+    }
     let mut looking = Looking { problem, finer: Some(finer), patch_radius_m, candidates };
     let grown = match looking.grown(at, MISSED_SHARE * beyond_noise(at))? {
         Some(grown) => Some(looking.settle_glue(grown)?).filter(explained),

@@ -1,0 +1,142 @@
+//! The restraint looked for anew, with what a reading adds to the baseline taken off the recording.
+//!
+//! While the default fit looks for restraint, what was left out of it acts too, and patches come to lie where they mend that: far from where
+//! anything holds, too many, or too few. No reading then explains the recording, and wrong ones explain as much as the right one. Under a
+//! reading that is right, the recording less what it adds is one of the baseline, in which restraint is found as if nothing had been left out
+//! (defect correction, Stetter 1978).
+
+use super::error::DiagnoseError;
+use super::model::{Acting, Marched, Model};
+use super::refit::{Effort, Fitted, IN_FULL, descend};
+use super::select::{Selection, Tried, reduced};
+use super::track::Track;
+use crate::geometry::Vec3;
+use crate::inverse::{Evidence, Found, InverseError, Settled};
+use crate::observation::Recording;
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// So many readings are looked at with a restraint of their own, if they explain this share of what the best one does.
+const BEST: usize = 3;
+const PROMISING: f64 = 0.3;
+
+/// The readings for which restraint is looked for anew: of those with most effects the best with each first effect.
+pub(super) fn worth_it(model: &Model<'_>, selection: &Selection) -> Vec<Tried> {
+    let gain = |tried: &Tried| selection.base.cost - tried.fitted.cost;
+    let most = selection.chosen.map_or(1, |i| selection.tried[i].physics.len());
+    let mut tried: Vec<&Tried> = selection.tried.iter().filter(|t| t.physics.len() == most).collect();
+    tried.sort_by(|a, b| a.fitted.criterion(model).total_cmp(&b.fitted.criterion(model)));
+    let best = tried.iter().map(|t| gain(t)).fold(0.0, f64::max);
+    let first = |tried: &Tried| tried.physics[0].family();
+    let mut worth: Vec<Tried> = Vec::new();
+    for tried in tried.into_iter().filter(|t| gain(t) > PROMISING * best) {
+        if worth.len() < BEST && worth.iter().all(|other| first(other) != first(tried)) {
+            worth.push(tried.clone());
+        }
+    }
+    worth
+}
+
+/// What the recording says without what each of these readings adds to the baseline.
+pub(super) fn evidence(model: &Model<'_>, readings: &[Tried]) -> Vec<Option<Evidence>> {
+    let driven = Some(model.settled.evidence.driven);
+    readings.par_iter().map(|tried| Evidence::new(&without(model, &tried.fitted)?, driven).ok()).collect()
+}
+
+/// The restraint found in each; none where it is what it was, or where there is none to find.
+pub(super) fn restraint<'e>(
+    settled: &Settled<'_>,
+    evidence: &'e [Option<Evidence>],
+) -> Result<Vec<Option<Found<'e>>>, InverseError> {
+    let look = |evidence: &'e Option<Evidence>| match settled.found_in(evidence.as_ref()?) {
+        // What a wrong reading leaves need not be a recording of anything.
+        Err(InverseError::Undetermined { .. }) => None,
+        Ok(found) if found.alike(settled) => None,
+        found => Some(found),
+    };
+    evidence.par_iter().map(|e| look(e).transpose()).collect()
+}
+
+/// A reading with a restraint of its own.
+pub(super) struct Anew<'a> {
+    /// The model that has it.
+    pub model: Model<'a>,
+    fitted: Fitted,
+}
+
+impl<'a> Anew<'a> {
+    /// A reading of one model in another, with another restraint. `None` where that has no answer.
+    pub(super) fn new(
+        from: &Model<'_>,
+        reading: &Fitted,
+        held: &'a Settled<'a>,
+    ) -> Result<Option<Self>, DiagnoseError> {
+        let mut model = match Model::new(held) {
+            Err(DiagnoseError::TooManyPatches { .. }) => return Ok(None),
+            model => model?,
+        };
+        if reading.acting.fine {
+            model.refine();
+        }
+        let values = reading.at.iter().skip(from.base()).copied();
+        let knobs: Vec<_> = reading.acting.knobs.iter().copied().zip(values).collect();
+        let acting = Acting { without: Vec::new(), ..reading.acting.clone() };
+        let Some(mut fitted) = descend(&model, &acting, model.start(&knobs), CLOSE_ENOUGH) else {
+            return Ok(None);
+        };
+        if model.measure_rest(&fitted) {
+            let Some(again) = descend(&model, &acting, fitted.at, CLOSE_ENOUGH) else { return Ok(None) };
+            fitted = again;
+        }
+        Ok(Some(Self { model, fitted }))
+    }
+
+    /// By which it is compared with other readings.
+    pub(super) fn criterion(&self) -> f64 {
+        self.fitted.criterion(&self.model)
+    }
+}
+
+/// A refit that is to be compared ends where a step gains less than this.
+const CLOSE_ENOUGH: Effort = Effort { at_rest: 0.3, ..IN_FULL };
+
+/// The recording less what a reading adds to the baseline of the same modulus and restraint, in its pokes. `None` where the reading
+/// has no answer.
+fn without(model: &Model<'_>, reading: &Fitted) -> Option<Recording> {
+    let with = model.march(&reading.acting, &reading.at)?;
+    let (acting, at) = reduced(model, reading, |_| false);
+    let plain = model.march(&acting, &at)?;
+    let mut recording = model.settled.recording.clone();
+    let mut moved: HashMap<u64, Vec<Vec3>> = HashMap::new();
+    for track in &model.tracks {
+        let wrench = &mut recording.wrench;
+        let mut row = wrench.time_s.partition_point(|t| *t < track.time_s[0]);
+        for (i, time_s) in track.time_s.iter().enumerate() {
+            row += wrench.time_s[row..].iter().take_while(|t| *t < time_s).count();
+            let less = felt(model, track, &with, i) - felt(model, track, &plain, i);
+            wrench.force_n[row] = (Vec3::from(wrench.force_n[row]) - less).into();
+        }
+        for frame in &track.frames {
+            let shown = |marched| model.shown_at(track, frame, marched);
+            let (Some(with), Some(plain)) = (shown(&with), shown(&plain)) else { continue };
+            let mut by = vec![Vec3::zeros(); model.settled.evidence.rest.len()];
+            for (n, marker) in frame.markers().enumerate() {
+                by[marker] = with.fixed_rows::<3>(3 * n) - plain.fixed_rows::<3>(3 * n);
+            }
+            moved.insert(frame.time_s.to_bits(), by);
+        }
+    }
+    let markers = &mut recording.markers;
+    for row in &mut markers.rows {
+        if let Some(by) = moved.get(&markers.frame_time_s[row.frame as usize].to_bits()) {
+            row.position_m = (Vec3::from(row.position_m) - by[row.marker as usize]).into();
+        }
+    }
+    Some(recording)
+}
+
+/// What the sensor reads (N).
+fn felt(model: &Model<'_>, track: &Track, marched: &Marched<'_>, row: usize) -> Vec3 {
+    let felt = model.felt_at(track, marched, row);
+    Vec3::from(felt.map(|(of_tip, besides)| of_tip.re + besides.re))
+}
