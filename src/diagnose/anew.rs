@@ -37,10 +37,11 @@ pub(super) fn worth_it(model: &Model<'_>, selection: &Selection) -> Vec<Tried> {
     worth
 }
 
-/// What the recording says without what each of these readings adds to the baseline.
-pub(super) fn evidence(model: &Model<'_>, readings: &[Tried]) -> Vec<Option<Evidence>> {
+/// What the recording says without what each of these readings adds to the baseline; none of one that has no answer.
+pub(super) fn evidence(model: &Model<'_>, readings: &[Tried]) -> Result<Vec<Option<Evidence>>, InverseError> {
     let driven = Some(model.settled.evidence.driven);
-    readings.par_iter().map(|tried| Evidence::new(&without(model, &tried.fitted)?, driven).ok()).collect()
+    let of = |recording| Evidence::new(&recording, driven);
+    readings.par_iter().map(|tried| without(model, &tried.fitted).map(of).transpose()).collect()
 }
 
 /// The restraint found in each; none where it is what it was, or where there is none to find.

@@ -24,7 +24,7 @@ use super::next_poke::{Standing, next_poke};
 use super::parameters::parameters;
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend};
-use super::select::{MOST, NOTHING_SD, Selection, Tried, select};
+use super::select::{MOST, Selection, Tried, select};
 use super::undecided::undecided;
 use super::verdict::{Judged, judge, others};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
@@ -71,11 +71,25 @@ fn diagnosed(
     }
     progress(Progress::Screening);
     let selection = Selection::new(&model).ok_or(DiagnoseError::Singular)?;
-    Run { recording, settings, progress }.explained(&mut model, selection, None, &LOOKS)
+    Run { recording, settings, progress }.explained(
+        &mut model,
+        selection,
+        None,
+        Search { look: 0, effects: 0 },
+    )
 }
 
 /// Most effects after every look for more of them; after each but the last restraint is looked for anew.
 const LOOKS: [usize; 3] = [1, MOST, MOST];
+
+/// Where the search for restraint stands.
+#[derive(Clone, Copy)]
+struct Search {
+    /// Index in [`LOOKS`].
+    look: usize,
+    /// Number of effects of the readings under which it was looked for in vain on this model; 0: of none.
+    effects: usize,
+}
 
 /// A reading with the model that it is one of.
 #[derive(Clone, Copy)]
@@ -92,17 +106,15 @@ struct Run<'r> {
 }
 
 impl Run<'_> {
-    /// Goes on from a selection by these looks; `plain` is the baseline of the default fit where another restraint was found since.
+    /// Goes on from a selection; `plain` is the baseline of the default fit where another restraint was found since.
     fn explained(
         &mut self,
         model: &mut Model<'_>,
         mut selection: Selection,
         plain: Option<Explained<'_>>,
-        looks: &[usize],
+        Search { look, effects }: Search,
     ) -> Result<Diagnosis, DiagnoseError> {
-        let Some((&most, further)) = looks.split_first() else {
-            return self.said(model, selection, plain);
-        };
+        let most = LOOKS[look];
         self.select(model, &mut selection, most)?;
         // A memory's creep between pokes was taken for errors of the camera, which hid what else acts.
         if selection.chosen.is_some() && model.measure_rest(&selection.best().clone()) {
@@ -110,7 +122,6 @@ impl Run<'_> {
             self.select(model, &mut selection, most)?;
         }
         let readings = worth_it(model, &selection);
-        let leaves = Beyond::noise(&left(model, selection.best())?);
         let before = plain.unwrap_or(Explained { model, fitted: &selection.base });
         let before = Beyond::noise(&left(before.model, before.fitted)?);
         // What no entry comes close to no restraint brings close.
@@ -118,12 +129,14 @@ impl Run<'_> {
             Some(best) => before.explained(&Beyond::noise(&left(model, &best.fitted)?)) < WORTH_IT,
             None => true,
         };
-        if leaves.deviations() < NOTHING_SD || hopeless || further.is_empty() {
+        let acting = readings.first().map_or(0, |tried| tried.physics.len());
+        let done = look + 1 == LOOKS.len() || acting == effects;
+        if done || hopeless || selection.leaves_nothing(model).ok_or(DiagnoseError::Singular)? {
             self.select(model, &mut selection, MOST)?;
             return self.said(model, selection, plain);
         }
         let settled = model.settled;
-        let evidence = evidence(model, &readings);
+        let evidence = evidence(model, &readings)?;
         let restraint = restraint(settled, &evidence)?;
         let held: Vec<_> = restraint.iter().map(|anew| Some(settled.with(anew.as_ref()?))).collect();
         let mut best: Option<Anew<'_>> = None;
@@ -139,9 +152,9 @@ impl Run<'_> {
             Some(Anew { model: mut other, .. }) => {
                 let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
                 let anew = Selection::new(&other).ok_or(DiagnoseError::Singular)?;
-                self.explained(&mut other, anew, Some(plain), further)
+                self.explained(&mut other, anew, Some(plain), Search { look: look + 1, effects: 0 })
             }
-            None => self.explained(model, selection, plain, further),
+            None => self.explained(model, selection, plain, Search { look: look + 1, effects: acting }),
         }
     }
 

@@ -288,7 +288,7 @@ pub(super) fn least(model: &Model<'_>, base: &Fitted, physics: Physics) -> f64 {
 }
 
 /// Less than this, in standard deviations, is no more than noise leaves.
-pub(super) const NOTHING_SD: f64 = 2.0;
+const NOTHING_SD: f64 = 2.0;
 
 /// Takes effects away that the others make superfluous.
 fn thin(model: &Model<'_>, selection: &mut Selection) {
