@@ -10,11 +10,13 @@
 mod blocks;
 mod condensed;
 pub mod dead_load;
+mod discretised;
 mod error;
 mod evidence;
 pub mod experiment;
 mod fit;
 mod forward;
+mod found;
 mod grip;
 pub mod l1;
 mod lift;
@@ -38,10 +40,12 @@ mod view;
 
 pub use blocks::{Bench, Blocks, SiteBlocks, TipResponse};
 pub use condensed::{Condensed, Loaded};
+pub use discretised::{cut_finer, finer_level};
 pub use error::InverseError;
 pub use evidence::{DRIVE, Drive, DriveTrack, Driven, Evidence, Reading, Site, WEIGHT};
-pub use fit::{Found, Progress, Settings, cut_finer, finer_level, fit, settled};
+pub use fit::{Progress, Settings, fit, settled};
 pub use forward::{Change, Forward, Group, NewDisc, Prediction, SitePrediction};
+pub use found::Found;
 pub use grip::Grip;
 pub use lift::{DriveNoise, Driving, Lift};
 pub use limit::{Correction, Difference, Finer, Level};

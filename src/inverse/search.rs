@@ -454,7 +454,9 @@ pub(super) fn pruned(problem: &Problem<'_>, at: Linearised) -> Result<Linearised
         for p in (0..at.state.patches.len()).filter(|&p| !beyond_doubt(&at, p)) {
             let mut state = at.state.clone();
             state.patches.remove(p);
-            let Descent { at: less, .. } = descend_below(problem, &state, ROUGH, at.chi2() + enough)?;
+            // A patch without which the others have no answer stays.
+            let tried = where_answered(descend_below(problem, &state, ROUGH, at.chi2() + enough))?;
+            let Some(Descent { at: less, .. }) = tried else { continue };
             if less.chi2() - at.chi2() < enough && without.as_ref().is_none_or(|w| less.chi2() < w.chi2()) {
                 without = Some(less);
             }
