@@ -32,15 +32,19 @@ pub(super) fn with_gradient(value: f64, derivatives: &[(usize, f64)]) -> Dual {
 /// A system whose matrix and right-hand side carry derivatives: `A₀` is factored alone, and the derivatives of
 /// `A x = b` follow from `A₀ x' = b' − A' x₀`.
 pub(super) struct DualSolver {
-    matrix: DMatrix<Dual>,
+    /// Derivative of the matrix by each parameter that it depends on.
+    by: Vec<(usize, DMatrix<f64>)>,
     factor: LU<f64, Dyn, Dyn>,
 }
 
 impl DualSolver {
     /// `None` when the matrix is singular.
-    pub(super) fn new(matrix: DMatrix<Dual>) -> Option<Self> {
+    pub(super) fn new(matrix: &DMatrix<Dual>) -> Option<Self> {
         let factor = matrix.map(|x| x.re).lu();
-        factor.is_invertible().then_some(Self { matrix, factor })
+        let by = |p: usize| matrix.map(|x| x.eps.0.map_or(0.0, |slopes| slopes[p]));
+        let depends = |(_, slopes): &(usize, DMatrix<f64>)| slopes.iter().any(|s| *s != 0.0);
+        let by = (0..MOST).map(|p| (p, by(p))).filter(depends).collect();
+        factor.is_invertible().then_some(Self { by, factor })
     }
 
     /// The solution; `None` when it is not finite.
@@ -51,22 +55,17 @@ impl DualSolver {
         let value = self.factor.solve(&right.map(|x| x.re))?;
         let n = value.len();
         let mut slopes = DMatrix::<f64>::zeros(n, MOST);
-        for i in 0..n {
-            let mut row = all(&right[i]);
-            for (j, x) in value.iter().enumerate() {
-                if let Some(by) = &self.matrix[(i, j)].eps.0 {
-                    row -= by * *x;
-                }
-            }
-            slopes.row_mut(i).copy_from(&row.transpose());
+        for (i, right) in right.iter().enumerate() {
+            slopes.row_mut(i).copy_from(&all(right).transpose());
         }
-        let slopes = self.factor.solve(&slopes)?;
+        for (p, by) in &self.by {
+            slopes.column_mut(*p).gemv(-1.0, by, &value, 1.0);
+        }
+        self.factor.solve_mut(&mut slopes).then_some(())?;
         value.iter().all(|x| x.is_finite()).then(|| {
             DVector::from_fn(n, |i, _| {
-                Dual::new(
-                    value[i],
-                    Derivative::some(slopes.row(i).transpose().fixed_rows::<MOST>(0).into_owned()),
-                )
+                let slopes = slopes.row(i).transpose().fixed_rows::<MOST>(0).into_owned();
+                Dual::new(value[i], Derivative::some(slopes))
             })
         })
     }
@@ -114,7 +113,7 @@ mod tests {
     fn a_system_is_solved_with_its_derivatives() {
         let (p, q) = (variable(2.0, 0), variable(3.0, 1));
         let one = Dual::from(1.0);
-        let solver = DualSolver::new(DMatrix::from_row_slice(2, 2, &[p, one, one, q])).expect("regular");
+        let solver = DualSolver::new(&DMatrix::from_row_slice(2, 2, &[p, one, one, q])).expect("regular");
         let x = solver.solve(&DVector::from_vec(vec![one, p * q])).expect("finite");
         let determinant = p * q - one;
         let expected = [(q - p * q) / determinant, (p * p * q - one) / determinant];
@@ -122,9 +121,9 @@ mod tests {
             assert!((x.re - expected.re).abs() < 1e-14);
             assert!((gradient(x, 2) - gradient(&expected, 2)).norm() < 1e-14);
         }
-        assert!(DualSolver::new(DMatrix::from_element(2, 2, one)).is_none());
+        assert!(DualSolver::new(&DMatrix::from_element(2, 2, one)).is_none());
         // Nothing touches a phantom without restraint.
-        let nothing = DualSolver::new(DMatrix::from_element(0, 0, one)).expect("regular");
+        let nothing = DualSolver::new(&DMatrix::from_element(0, 0, one)).expect("regular");
         assert!(nothing.solve(&DVector::from_element(0, one)).expect("finite").is_empty());
     }
 }

@@ -40,6 +40,9 @@ pub(super) struct March {
 /// Rounds of finding which bands pull and whether the tip slides, at one row.
 const ROUNDS: usize = 8;
 
+/// Steps are multiples of a nanosecond.
+const STEPS_PER_S: f64 = 1e9;
+
 /// Time (s) before the first row at which everything was at rest.
 const FIRST_STEP_S: f64 = 0.02;
 
@@ -62,7 +65,8 @@ pub(super) fn march(
         .zip(&effects.bands)
         .map(|(group, band)| Memory::new(group.stiffness, band.memory.as_slice(), 3 * group.discs.len()))
         .collect();
-    let mut kept: Option<Kept> = None;
+    let mut kept: Option<(Key, DualSolver)> = None;
+    let mut under_tip: Vec<UnderTip> = Vec::new();
     let mut state = Contact { at: None, pulling: vec![true; groups.len()], sliding: None };
     let mut slid = [Dual::from(0.0); 3];
     let mut play = Play::default();
@@ -82,12 +86,13 @@ pub(super) fn march(
             out.depth.push(none);
             continue;
         }
-        let dt = (row.time_s - before_s).max(1e-9);
+        // Equal steps differ in their last place, and what a row's matrix depends on would with them.
+        let dt = ((row.time_s - before_s) * STEPS_PER_S).round().max(1.0) / STEPS_PER_S;
         before_s = row.time_s;
         let age = effects.drying_per_s * row.time_s + 1.0;
         let (e, past) = surface.step(dt, age);
         let own: Vec<(Dual, DVector<Dual>)> =
-            bands.iter().map(|band| band.step(dt, Dual::from(1.0))).collect();
+            bands.iter_mut().map(|band| band.step(dt, Dual::from(1.0))).collect();
         let at = row.contact.as_ref().map(|contact| contact.site);
         if state.at != at || row.first {
             slid = [Dual::from(0.0); 3];
@@ -101,22 +106,32 @@ pub(super) fn march(
         let mut solved: Option<Solved> = None;
         for _ in 0..ROUNDS {
             let law = Law::new(discs, groups, &effects.bands, &own, &state.pulling);
-            let key = Key { e: e.re, own: own.iter().map(|(k, _)| k.re).collect(), state: state.clone() };
-            if kept.as_ref().is_none_or(|kept| kept.key != key) {
-                let matrix = compliance.matrix(&law, e, tip.as_ref().map(|(tip, _)| tip), &state);
-                kept = Some(Kept { solver: DualSolver::new(matrix)?, key, by_path: None });
-            }
             let path = tip.as_ref().map(|(tip, path)| {
                 (tip, DVector::from_fn(3, |i, _| e * (path[i] + slid[i]) + past[3 * tip.site + i]))
             });
-            let kept = kept.as_mut()?;
             let x = match &path {
                 Some((tip, path)) if !remembers && !ages => {
-                    kept.answer(&compliance, &law, tip, path, &state)?
+                    let alike = |known: &&UnderTip| known.site == tip.site && known.pulling == state.pulling;
+                    let known = match under_tip.iter().position(|known| alike(&known)) {
+                        Some(known) => known,
+                        None => {
+                            under_tip.push(UnderTip::new(&compliance, &law, e, tip, &state.pulling)?);
+                            under_tip.len() - 1
+                        }
+                    };
+                    under_tip[known].answer(tip, path, state.sliding)?
                 }
                 _ => {
+                    let key =
+                        Key { e: e.re, own: own.iter().map(|(k, _)| k.re).collect(), state: state.clone() };
+                    if kept.as_ref().is_none_or(|(known, _)| *known != key) {
+                        let matrix =
+                            compliance.matrix(&law, e, tip.as_ref().map(|(tip, _)| tip), state.sliding);
+                        kept = Some((key, DualSolver::new(&matrix)?));
+                    }
                     let past = past.rows(tips, discs).into_owned();
-                    kept.solver.solve(&compliance.right(&law, &past, path.as_ref(), &state))?
+                    let (_, solver) = kept.as_ref()?;
+                    solver.solve(&compliance.right(&law, &past, path.as_ref(), state.sliding))?
                 }
             };
             let u = x.rows(x.len() - discs, discs).into_owned();
@@ -162,10 +177,10 @@ pub(super) fn march(
             };
             (applied - loads_h[i]) * per_modulus
         });
-        surface.advance(dt, moved);
-        loaded.advance(dt, load.clone());
+        surface.advance(moved);
+        loaded.advance(load.clone());
         for (group, band) in groups.iter().zip(&mut bands) {
-            band.advance(dt, u.rows(3 * group.discs.start, 3 * group.discs.len()).into_owned());
+            band.advance(u.rows(3 * group.discs.start, 3 * group.discs.len()).into_owned());
         }
         out.depth.push(match &tip {
             Some((tip, path)) => {
@@ -208,37 +223,59 @@ struct Key {
     state: Contact,
 }
 
-/// The last row's matrix, factored, and its answers to the tip moved along each axis and to nothing but the bands' gaps.
-struct Kept {
-    key: Key,
-    solver: DualSolver,
-    by_path: Option<[DVector<Dual>; 4]>,
+/// The body with its restraint as a tip feels it where nothing is remembered: discs follow from the tip's force.
+struct UnderTip {
+    site: usize,
+    pulling: Vec<bool>,
+    /// The tip's path (in units of the modulus) by its force, solved where the tip does not slide; and what bands' gaps alone add to it.
+    path: DMatrix<Dual>,
+    held: DualSolver,
+    less: DVector<Dual>,
+    /// Displacements of the discs by the tip's force, and without.
+    discs: DMatrix<Dual>,
+    alone: DVector<Dual>,
 }
 
-impl Kept {
-    /// The answer to a `path` of the tip (in units of the modulus) where nothing is remembered.
+impl UnderTip {
+    /// `None` where the restraint alone has no answer.
+    fn new(compliance: &Compliance, law: &Law, e: Dual, tip: &Tip<'_>, pulling: &[bool]) -> Option<Self> {
+        let n = compliance.d.nrows();
+        let still = DVector::from_element(n, Dual::from(0.0));
+        let matrix = compliance.matrix(law, e, Some(tip), None);
+        let right =
+            compliance.right(law, &still, Some(&(tip, DVector::from_element(3, Dual::from(0.0)))), None);
+        let solver = DualSolver::new(&matrix.view((3, 3), (n, n)).into_owned())?;
+        let mut discs = DMatrix::from_element(n, 3, Dual::from(0.0));
+        for i in 0..3 {
+            discs.set_column(i, &-solver.solve(&matrix.view((3, i), (n, 1)).column(0).into_owned())?);
+        }
+        let alone = solver.solve(&right.rows(3, n).into_owned())?;
+        let pulled = matrix.view((0, 3), (3, n));
+        let path = matrix.view((0, 0), (3, 3)) + pulled * &discs;
+        let less = right.rows(0, 3) - pulled * &alone;
+        let held = DualSolver::new(&path)?;
+        Some(Self { site: tip.site, pulling: pulling.to_vec(), path, held, less, discs, alone })
+    }
+
+    /// Force of the tip on a `path`, and displacements of the discs.
     fn answer(
-        &mut self,
-        compliance: &Compliance,
-        law: &Law,
+        &self,
         tip: &Tip<'_>,
         path: &DVector<Dual>,
-        state: &Contact,
+        sliding: Option<[f64; 2]>,
     ) -> Option<DVector<Dual>> {
-        if self.by_path.is_none() {
-            let still = DVector::from_element(compliance.d.nrows(), Dual::from(0.0));
-            let answer = |axis: Option<usize>| {
-                let path = DVector::from_fn(3, |i, _| Dual::from(f64::from(u8::from(Some(i) == axis))));
-                self.solver.solve(&compliance.right(law, &still, Some(&(tip, path)), state))
-            };
-            let alone = answer(None)?;
-            let along = |axis: usize| Some(answer(Some(axis))? - &alone);
-            self.by_path = Some([along(0)?, along(1)?, along(2)?, alone]);
-        }
-        let [x, y, z, alone] = self.by_path.as_ref()?;
-        Some(DVector::from_fn(alone.len(), |i, _| {
-            alone[i] + x[i] * path[0] + y[i] * path[1] + z[i] * path[2]
-        }))
+        let mut right = path + &self.less;
+        let q = match (sliding, tip.effects.friction) {
+            (Some(to), Some(friction)) => {
+                let mut matrix = self.path.clone();
+                tip.slide(&mut matrix, to, friction);
+                tip.slide_right(&mut right);
+                DualSolver::new(&matrix)?.solve(&right)?
+            }
+            _ => self.held.solve(&right)?,
+        };
+        let u = &self.alone + &self.discs * &q;
+        Some(DVector::from_iterator(3 + u.len(), q.iter().chain(u.iter()).copied()))
     }
 }
 
@@ -309,7 +346,7 @@ struct Compliance {
 
 impl Compliance {
     /// The system of one row: unknowns are the force of the tip, if it touches, and the discs' displacements.
-    fn matrix(&self, law: &Law, e: Dual, tip: Option<&Tip<'_>>, state: &Contact) -> DMatrix<Dual> {
+    fn matrix(&self, law: &Law, e: Dual, tip: Option<&Tip<'_>>, sliding: Option<[f64; 2]>) -> DMatrix<Dual> {
         let (n, first) = (self.d.nrows(), if tip.is_some() { 3 } else { 0 });
         let mut m = DMatrix::from_element(first + n, first + n, Dual::from(0.0));
         m.view_mut((first, first), (n, n)).copy_from(&law.after(&self.d));
@@ -329,7 +366,7 @@ impl Compliance {
                 m[(i, 3 + j)] = -pull[(i, j)];
             }
         }
-        if let (Some(to), Some(friction)) = (state.sliding, tip.effects.friction) {
+        if let (Some(to), Some(friction)) = (sliding, tip.effects.friction) {
             tip.slide(&mut m, to, friction);
         }
         m
@@ -341,7 +378,7 @@ impl Compliance {
         law: &Law,
         past: &DVector<Dual>,
         path: Option<&(&Tip<'_>, DVector<Dual>)>,
-        state: &Contact,
+        sliding: Option<[f64; 2]>,
     ) -> DVector<Dual> {
         let under = if law.p.iter().all(|p| p.re == 0.0) { -past } else { &self.d * &law.p - past };
         let Some((tip, path)) = path else { return under };
@@ -350,9 +387,8 @@ impl Compliance {
         if pulls {
             tip_rows -= self.b.columns(3 * tip.site, 3).transpose() * &law.p;
         }
-        if state.sliding.is_some() {
-            let into: Dual = (0..3).map(|i| tip_rows[i] * tip.inward[i]).sum();
-            tip_rows = DVector::from_vec(vec![into, Dual::from(0.0), Dual::from(0.0)]);
+        if sliding.is_some() {
+            tip.slide_right(&mut tip_rows);
         }
         let mut right = DVector::from_element(3 + under.len(), Dual::from(0.0));
         right.rows_mut(0, 3).copy_from(&tip_rows);
@@ -390,6 +426,12 @@ impl Tip<'_> {
                 m[(1 + row, i)] = -friction * (share * self.inward[i]) + axis[i];
             }
         }
+    }
+
+    /// The same of the right-hand side.
+    fn slide_right(&self, right: &mut DVector<Dual>) {
+        let into: Dual = (0..3).map(|i| right[i] * self.inward[i]).sum();
+        *right = DVector::from_vec(vec![into, Dual::from(0.0), Dual::from(0.0)]);
     }
 
     /// Where the tip slides to: nowhere while its force is within the cone of friction about the surface's normal.

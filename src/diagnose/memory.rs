@@ -15,6 +15,8 @@ pub(super) struct Memory {
     terms: Vec<(Dual, Dual)>,
     state: Vec<DVector<Dual>>,
     last: DVector<Dual>,
+    /// The last step (s), and by how much every term decays over it and on average within it.
+    step: Option<(f64, Vec<(Dual, Dual)>)>,
 }
 
 impl Memory {
@@ -25,7 +27,7 @@ impl Memory {
         let terms: Vec<(Dual, Dual)> =
             terms.iter().map(|t| (instantaneous * t.relaxed_fraction, t.time_constant_s)).collect();
         let still = || DVector::from_element(components, Dual::from(0.0));
-        Self { lasting, state: terms.iter().map(|_| still()).collect(), terms, last: still() }
+        Self { lasting, state: terms.iter().map(|_| still()).collect(), terms, last: still(), step: None }
     }
 
     /// Decay over a step, and the mean of the decay within it.
@@ -35,29 +37,40 @@ impl Memory {
         (decay, (Dual::from(1.0) - decay) / over)
     }
 
-    /// `e` and `h` of a step, scaled by `age`.
-    pub(super) fn step(&self, dt: f64, age: Dual) -> (Dual, DVector<Dual>) {
+    /// `e` and `h` of the step (s) that is to come, scaled by `age`.
+    pub(super) fn step(&mut self, dt: f64, age: Dual) -> (Dual, DVector<Dual>) {
+        if self.step.as_ref().is_none_or(|(known, _)| *known != dt) {
+            let decays = self.terms.iter().map(|(_, time_constant)| Self::decay(*time_constant, dt));
+            self.step = Some((dt, decays.collect()));
+        }
         let mut e = self.lasting;
         let mut h = DVector::from_element(self.last.len(), Dual::from(0.0));
-        for ((stiffness, time_constant), state) in self.terms.iter().zip(&self.state) {
-            let (decay, mean) = Self::decay(*time_constant, dt);
-            e += *stiffness * mean;
+        for ((stiffness, decay, mean), state) in self.decaying().zip(&self.state) {
+            let stiffness = stiffness * mean;
+            e += stiffness;
             for i in 0..h.len() {
-                h[i] += decay * state[i] - *stiffness * mean * self.last[i];
+                h[i] += decay * state[i] - stiffness * self.last[i];
             }
         }
         (e * age, h.map(|x| x * age))
     }
 
-    /// Goes on to a displacement.
-    pub(super) fn advance(&mut self, dt: f64, to: DVector<Dual>) {
-        for ((stiffness, time_constant), state) in self.terms.iter().zip(&mut self.state) {
-            let (decay, mean) = Self::decay(*time_constant, dt);
+    /// Goes on by that step, to a displacement.
+    pub(super) fn advance(&mut self, to: DVector<Dual>) {
+        let decaying: Vec<(Dual, Dual, Dual)> = self.decaying().collect();
+        for ((stiffness, decay, mean), state) in decaying.into_iter().zip(&mut self.state) {
+            let stiffness = stiffness * mean;
             for i in 0..to.len() {
-                state[i] = decay * state[i] + *stiffness * mean * (to[i] - self.last[i]);
+                state[i] = decay * state[i] + stiffness * (to[i] - self.last[i]);
             }
         }
         self.last = to;
+    }
+
+    /// Stiffness of every term, and its decay over the step and on average within it.
+    fn decaying(&self) -> impl Iterator<Item = (Dual, Dual, Dual)> + '_ {
+        let decays = self.step.iter().flat_map(|(_, decays)| decays);
+        self.terms.iter().zip(decays).map(|((stiffness, _), (decay, mean))| (*stiffness, *decay, *mean))
     }
 }
 
@@ -78,7 +91,7 @@ mod tests {
             let u = (t / ramp).min(1.0);
             let (e, h) = memory.step(0.05, Dual::from(1.0));
             let force = (e * u + h[0]).re;
-            memory.advance(0.05, DVector::from_element(1, Dual::from(u)));
+            memory.advance(DVector::from_element(1, Dual::from(u)));
             let expected = if t <= ramp {
                 lasting * t / ramp + 0.3 * 2.0 / ramp * (1.0 - (-t / 2.0).exp())
             } else {
@@ -88,7 +101,7 @@ mod tests {
             let (e, h) = inverse.step(0.05, Dual::from(1.0));
             let back = (Dual::from(force) - h[0]) / e;
             assert!((back.re - u).abs() < 1e-12);
-            inverse.advance(0.05, DVector::from_element(1, back));
+            inverse.advance(DVector::from_element(1, back));
         }
     }
 }

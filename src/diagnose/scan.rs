@@ -241,7 +241,7 @@ fn derivatives(body: &Body, stiffness: &[Dual], log_modulus: f64, parameters: us
             (None, Some(j)) => -b[(j, s + i)] * discs[j / 3],
             (Some(i), Some(j)) => d[(i, j)] * discs[j / 3] + f64::from(u8::from(i == j)),
         });
-        let solver = DualSolver::new(matrix)?;
+        let solver = DualSolver::new(&matrix)?;
         let mut by = vec![(Matrix3::zeros(), DMatrix::zeros(body.markers.value.nrows(), 3)); parameters];
         for axis in 0..3 {
             let right = DVector::from_fn(3 + n, |i, _| Dual::from(f64::from(u8::from(i == axis))));
