@@ -15,8 +15,11 @@ use phantom_rig::inverse::{PatchKind, Settings, fit};
 use phantom_rig::sim::{Draw, Restraint, draw, record};
 use serde::{Deserialize, Serialize};
 use std::error::Error;
-use std::fs::OpenOptions;
 use std::path::Path;
+use table::Table;
+
+#[path = "support/table.rs"]
+mod table;
 
 /// One repeat; moduli in Pa, totals in N/m.
 #[derive(Debug, Serialize, Deserialize)]
@@ -69,45 +72,26 @@ fn repeat(seed: u64) -> Result<Row, Box<dyn Error>> {
     })
 }
 
-/// Rows of a table that may not be there yet.
-fn rows_of(table: &Path) -> Result<Vec<Row>, Box<dyn Error>> {
-    if !table.exists() {
-        return Ok(Vec::new());
-    }
-    Ok(csv::Reader::from_path(table)?.deserialize().collect::<Result<_, _>>()?)
-}
-
-fn add(table: &Path, row: &Row) -> Result<(), Box<dyn Error>> {
-    let begun = table.exists();
-    let file = OpenOptions::new().create(true).append(true).open(table)?;
-    let mut writer = csv::WriterBuilder::new().has_headers(!begun).from_writer(file);
-    writer.serialize(row)?;
-    Ok(writer.flush()?)
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
     let argument = |name: &str| std::env::args().skip_while(|a| a != name).nth(1);
     let number = |name: &str, default: u64| argument(name).map_or(Ok(default), |v| v.parse());
     let (repeats, first) = (number("--repeats", 20)?, number("--first-seed", 1)?);
     let table = argument("--table").unwrap_or_else(|| "target/coverage.csv".to_owned());
-    let table = Path::new(&table);
-    let mut rows = rows_of(table)?;
+    let mut table = Table::<Row>::open(Path::new(&table))?;
     let mut failed = 0;
     for seed in first..first + repeats {
-        if rows.iter().any(|row| row.seed == seed) {
+        if table.rows.iter().any(|row| row.seed == seed) {
             continue;
         }
         match repeat(seed) {
-            Ok(row) => {
-                add(table, &row)?;
-                rows.push(row);
-            }
+            Ok(row) => table.add(row)?,
             Err(error) => {
                 eprintln!("seed {seed}: {error}");
                 failed += 1;
             }
         }
     }
+    let rows = &table.rows;
     let n = rows.len() as f64;
     let share = |hit: &dyn Fn(&Row) -> bool| 100.0 * rows.iter().filter(|r| hit(r)).count() as f64 / n;
     let error = |r: &Row| r.value_pa / r.truth_pa - 1.0;
