@@ -9,6 +9,7 @@ use crate::inverse;
 use crate::observation::Recording;
 use crate::report::{conclusion, diagnosis_json, evidence, is_sure, write_diagnosis};
 use crate::rig::RigFile;
+use crate::units::counted;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -125,6 +126,9 @@ fn said(stage: Progress) -> String {
     match stage {
         Progress::Fitting(stage) => fit::said(stage),
         Progress::Screening => "trying every entry of the catalogue".to_owned(),
+        Progress::Restraint { readings } => {
+            format!("looking for restraint anew under {}", counted(readings, "reading", "readings"))
+        }
         Progress::LookingCloser { unknowns } => format!("looking closer: {unknowns} unknowns"),
         Progress::Refitting { acting: 0, entries } => format!("refitting {entries} entries"),
         Progress::Refitting { acting, entries } => format!("refitting {entries} entries beside {acting}"),

@@ -1,5 +1,6 @@
 //! What a diagnosis says: is there a mismatch, where, which physics explains it, how much it changes, how surely.
 
+use super::large::StiffeningLaw;
 use super::physics::Physics;
 use crate::geometry::Vec3;
 use crate::observation::PlannedPoke;
@@ -119,6 +120,8 @@ pub struct Found {
     pub physics: Physics,
     /// Its parameters.
     pub parameters: Vec<Parameter>,
+    /// Which law they are of, where the catalogue has several.
+    pub law: Option<StiffeningLaw>,
 }
 
 /// One parameter.
@@ -242,6 +245,11 @@ pub enum Progress {
     Fitting(crate::inverse::Progress),
     /// Every entry of the catalogue at first order.
     Screening,
+    /// Restraint is looked for anew.
+    Restraint {
+        /// The readings under which it is.
+        readings: usize,
+    },
     /// A refit of the ball that was chosen, on elements that resolve it.
     LookingCloser {
         /// Displacement components solved for.

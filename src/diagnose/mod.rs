@@ -35,6 +35,7 @@ mod hum;
 mod knob;
 pub mod large;
 mod lasting;
+mod law;
 mod left;
 mod limits;
 mod march;
@@ -67,6 +68,7 @@ pub use diagnosis::{
 };
 pub use dual::Field;
 pub use error::DiagnoseError;
+pub use large::StiffeningLaw;
 pub use physics::Physics;
 pub use run::diagnose;
 pub use verdict::MOST_SURE;

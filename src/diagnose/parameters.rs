@@ -3,6 +3,7 @@
 use super::bulk::BulkKnob;
 use super::diagnosis::{Estimate, Found, Parameter};
 use super::knob::Knob;
+use super::law::law_of;
 use super::model::Model;
 use super::physics::Physics;
 use super::refit::Fitted;
@@ -39,7 +40,8 @@ pub(super) fn parameters(
                 }
             }
             complete(model, fitted, covariance, physics, &mut parameters);
-            Found { physics, parameters }
+            let law = law_of(fitted).filter(|_| physics == Physics::StrainStiffening);
+            Found { physics, parameters, law }
         })
         .collect()
 }

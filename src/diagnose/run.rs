@@ -17,6 +17,7 @@ use super::diagnosis::{
 };
 use super::error::DiagnoseError;
 use super::hum::{hums, tell, without};
+use super::law::with_its_law;
 use super::left::Left;
 use super::limits::limits;
 use super::model::Model;
@@ -135,6 +136,7 @@ impl Run<'_> {
             self.select(model, &mut selection, MOST)?;
             return self.said(model, selection, plain);
         }
+        (self.progress)(Progress::Restraint { readings: readings.len() });
         let settled = model.settled;
         let evidence = evidence(model, &readings)?;
         let restraint = restraint(settled, &evidence)?;
@@ -176,8 +178,15 @@ impl Run<'_> {
         mut selection: Selection,
         plain: Option<Explained<'_>>,
     ) -> Result<Diagnosis, DiagnoseError> {
+        let mut of_law = None;
         if let Some(tried) = selection.chosen.map(|i| &mut selection.tried[i]) {
-            tried.fitted = resolved(model, tried.fitted.clone(), self.progress)?;
+            (tried.fitted, of_law) = with_its_law(model, tried.fitted.clone());
+            let Explained { model: before, fitted } =
+                plain.unwrap_or(Explained { model, fitted: &selection.base });
+            let before = Beyond::noise(&left(before, fitted)?);
+            if before.explained(&Beyond::noise(&left(model, &tried.fitted)?)) > WORTH_RESOLVING {
+                tried.fitted = resolved(model, tried.fitted.clone(), self.progress)?;
+            }
         }
         let model = &*model;
         let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
@@ -186,6 +195,7 @@ impl Run<'_> {
         let mut judged =
             judge(model, &selection, plain.fitted.cost, &before, &after, self.settings.false_alarm);
         judged.doubt_stiffening(model, chosen);
+        judged.remarks.extend(of_law.filter(|_| !judged.verdict.physics.is_empty()));
         judged.remarks.extend(limits(plain.model, plain.fitted));
         // What is not blamed does not extend the baseline either.
         let extended = match judged.verdict.physics.is_empty() {
@@ -222,6 +232,9 @@ impl Run<'_> {
 
 /// Share of what is beyond noise that a reading must explain for restraint to be looked for anew.
 const WORTH_IT: f64 = 0.3;
+
+/// What explains less no finer elements bring close.
+const WORTH_RESOLVING: f64 = 0.5;
 
 /// By so much a restraint found anew must explain more to be taken.
 const BETTER: f64 = 10.0;

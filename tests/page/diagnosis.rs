@@ -139,6 +139,7 @@ fn two_effects_and_every_entry_make_a_sentence() {
             values: vec![Estimate { value: 2.5e-4, sd: 1e-5 }],
             list: false,
         }],
+        law: None,
     });
     let text = conclusion(&diagnosis);
     assert!(text.starts_with("Relaxation and give of the stage were left out: "), "{text}");

@@ -60,6 +60,7 @@ pub(crate) fn relaxation(recording: &Recording) -> Diagnosis {
                 parameter("relaxed_fraction", 0.22, 0.01, true),
                 parameter("time_constant_s", 4.0, 0.5, true),
             ],
+            law: None,
         }],
         candidates: vec![
             candidate(
@@ -110,6 +111,7 @@ pub(crate) fn set(recording: &Recording) -> Diagnosis {
                 parameter("radius_m", 0.007, 0.001, false),
                 parameter("modulus_ratio", 0.31, 0.09, false),
             ],
+            law: None,
         },
         Found {
             physics: Physics::BaseDebonding,
@@ -118,6 +120,7 @@ pub(crate) fn set(recording: &Recording) -> Diagnosis {
                 parameter("centre_y_m", 0.05, 0.001, false),
                 parameter("radius_m", 0.009, 0.001, false),
             ],
+            law: None,
         },
     ];
     diagnosis.next_poke = Some(NextPoke {

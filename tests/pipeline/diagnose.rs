@@ -3,9 +3,10 @@
 
 use phantom_rig::dataset::read_bundle;
 use phantom_rig::diagnose::{Diagnosis, Physics, Reading, Settings, diagnose};
+use phantom_rig::geometry::Vec3;
 use phantom_rig::inverse;
 use phantom_rig::observation::Recording;
-use phantom_rig::sim::{Effect, Foreign, Hold, Large, Memory, Phantom, PronyTerm, Rig, World, stock};
+use phantom_rig::sim::{Effect, Foreign, Hold, Large, Memory, Phantom, PronyTerm, Rig, Touch, World, stock};
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
@@ -130,6 +131,32 @@ fn a_hum_is_told_from_noise() {
     let hums = |text: &&String| text.contains("hums at 3.70 Hz");
     assert!(diagnosis.mismatch.properties.iter().any(|p| hums(&p)), "{:?}", diagnosis.mismatch.properties);
     assert!(diagnosis.baseline.held_out_chi2_per_dof < 1.05, "{:?}", diagnosis.baseline);
+}
+
+/// While a tip that slides is not known of no restraint is found, and patches of the way there have no answer without one another; in the
+/// recording less what the slip adds stiffness and modulus are found.
+#[test]
+fn restraint_is_found_beside_a_tip_that_slides() {
+    let (stiffness_n_per_m, friction_coefficient) = (200.0, 0.16);
+    let mut world = World::draw(21, 7, 1);
+    world.stated_poisson_ratio = world.phantom.poisson_ratio;
+    world.holds = vec![Hold::Springs { patch: 0, stiffness_n_per_m }];
+    world.instruments.wander = None;
+    world.pokes.truncate(3);
+    for poke in world.pokes.iter_mut().step_by(2) {
+        let inward = Vec3::from(world.phantom.sites[poke.site].inward);
+        let across = inward.cross(&Vec3::new(1.0, 0.3, 0.2)).normalize();
+        let (sin, cos) = 35.0_f64.to_radians().sin_cos();
+        poke.direction = (inward * cos + across * sin).into();
+    }
+    world.effects = vec![Effect::Touch(Touch::TipSlip { friction_coefficient })];
+    let diagnosis = quickly(&world.record(phantom()).expect("a recording"));
+    assert_eq!(diagnosis.verdict.physics, [Physics::TipSlip]);
+    assert_close(parameter(&diagnosis, Physics::TipSlip, "friction_coefficient"), friction_coefficient, 0.05);
+    let Reading { young_modulus_pa, restraint_total_n_per_m, .. } = diagnosis.baseline;
+    assert!(young_modulus_pa.value < 0.9 * world.young_modulus_pa && restraint_total_n_per_m < 10.0);
+    assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.01);
+    assert_close(diagnosis.extended.restraint_total_n_per_m, stiffness_n_per_m, 0.1);
 }
 
 #[test]

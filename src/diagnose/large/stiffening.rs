@@ -16,6 +16,22 @@ pub enum StiffeningLaw {
 }
 
 impl StiffeningLaw {
+    /// As the physics catalogue calls it.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Fung => "fung",
+            Self::Yeoh => "yeoh",
+        }
+    }
+
+    /// Whose law it is.
+    pub fn whose(self) -> &'static str {
+        match self {
+            Self::Fung => "Fung’s",
+            Self::Yeoh => "Yeoh’s",
+        }
+    }
+
     /// The law with this `stiffening` (b or c₂).
     pub fn law(self, stiffening: f64) -> Law {
         match self {

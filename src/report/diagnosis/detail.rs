@@ -37,7 +37,10 @@ pub(super) fn clause(found: &Found) -> Option<String> {
     let one = |id: &str| get(id).and_then(|v| v.first().copied());
     Some(match found.physics {
         Physics::FiniteStrain | Physics::CoarseMesh => return None,
-        Physics::StrainStiffening => format!("with a stiffening of {:.2}", one("stiffening")?),
+        Physics::StrainStiffening => match found.law {
+            Some(law) => format!("by {} law, with a stiffening of {:.2}", law.whose(), one("stiffening")?),
+            None => format!("with a stiffening of {:.2}", one("stiffening")?),
+        },
         Physics::ViscoelasticRelaxation => {
             decay("of the stress decays", &get("relaxed_fraction")?, &get("time_constant_s")?)
         }
@@ -165,6 +168,7 @@ pub(super) fn signed(value: f64, decimals: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::StiffeningLaw;
 
     fn parameter(id: &'static str, values: &[f64]) -> Parameter {
         let values = values.iter().map(|&value| Estimate { value, sd: 0.1 * value }).collect();
@@ -176,14 +180,22 @@ mod tests {
         let found = |shares: &[f64], times: &[f64]| Found {
             physics: Physics::ViscoelasticRelaxation,
             parameters: vec![parameter("relaxed_fraction", shares), parameter("time_constant_s", times)],
+            law: None,
         };
         assert_eq!(clause(&found(&[0.22], &[4.0])).as_deref(), Some("22 % of the stress decays with 4.0 s"));
         assert_eq!(
             clause(&found(&[0.1, 0.05], &[1.0, 20.0])).as_deref(),
             Some("15 % of the stress decays, 10 % with 1.0 s, 5 % with 20 s")
         );
-        let bare = Found { physics: Physics::ViscoelasticRelaxation, parameters: Vec::new() };
+        let bare = Found { physics: Physics::ViscoelasticRelaxation, parameters: Vec::new(), law: None };
         assert_eq!(clause(&bare), None);
+    }
+
+    #[test]
+    fn stiffening_is_said_by_its_law() {
+        let parameters = vec![parameter("stiffening", &[1.5])];
+        let found = Found { physics: Physics::StrainStiffening, parameters, law: Some(StiffeningLaw::Yeoh) };
+        assert_eq!(clause(&found).as_deref(), Some("by Yeoh’s law, with a stiffening of 1.50"));
     }
 
     #[test]

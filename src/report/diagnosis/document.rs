@@ -217,7 +217,9 @@ fn parameters(found: &Found) -> (String, Value) {
             _ => json!(values),
         }
     };
-    let by_id: Map<String, Value> = found.parameters.iter().map(|p| (p.id.to_owned(), value(p))).collect();
+    let law = found.law.map(|law| ("law".to_owned(), json!(law.id())));
+    let by_id: Map<String, Value> =
+        found.parameters.iter().map(|p| (p.id.to_owned(), value(p))).chain(law).collect();
     (found.physics.id().to_owned(), Value::Object(by_id))
 }
 

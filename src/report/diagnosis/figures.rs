@@ -30,6 +30,9 @@ pub(super) fn parameters(diagnosis: &Diagnosis) -> String {
             let name = format!("{} ({})", parameter_noun(parameter.id), parameter.id);
             rows.push([found.physics.to_string(), name, values.join("; ")]);
         }
+        if let Some(law) = found.law {
+            rows.push([found.physics.to_string(), "law".to_owned(), law.whose().to_owned()]);
+        }
     }
     if rows.is_empty() {
         return String::new();
