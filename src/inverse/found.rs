@@ -100,7 +100,7 @@ impl<'a> Settled<'a> {
     /// Looks anew for modulus and restraint, in other `evidence` of the same pokes, on the discretisations that are there.
     ///
     /// # Errors
-    /// As [`fit`].
+    /// As [`fit`](super::fit()).
     pub fn found_in<'e>(&self, evidence: &'e Evidence) -> Result<Found<'e>, InverseError> {
         let mut problem = self.problem.with(evidence, self.elements.search);
         let start = State { modulus: self.at.state.modulus, patches: Vec::new() };

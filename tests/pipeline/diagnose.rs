@@ -133,8 +133,7 @@ fn a_hum_is_told_from_noise() {
     assert!(diagnosis.baseline.held_out_chi2_per_dof < 1.05, "{:?}", diagnosis.baseline);
 }
 
-/// While a tip that slides is not known of no restraint is found, and patches of the way there have no answer without one another; in the
-/// recording less what the slip adds stiffness and modulus are found.
+/// While a tip that slides is not known of, no restraint is found; in the recording less what the slip adds it is, and with it the modulus.
 #[test]
 fn restraint_is_found_beside_a_tip_that_slides() {
     let (stiffness_n_per_m, friction_coefficient) = (200.0, 0.16);
@@ -142,8 +141,8 @@ fn restraint_is_found_beside_a_tip_that_slides() {
     world.stated_poisson_ratio = world.phantom.poisson_ratio;
     world.holds = vec![Hold::Springs { patch: 0, stiffness_n_per_m }];
     world.instruments.wander = None;
-    world.pokes.truncate(3);
-    for poke in world.pokes.iter_mut().step_by(2) {
+    world.pokes.truncate(2);
+    for poke in &mut world.pokes {
         let inward = Vec3::from(world.phantom.sites[poke.site].inward);
         let across = inward.cross(&Vec3::new(1.0, 0.3, 0.2)).normalize();
         let (sin, cos) = 35.0_f64.to_radians().sin_cos();
@@ -154,9 +153,10 @@ fn restraint_is_found_beside_a_tip_that_slides() {
     assert_eq!(diagnosis.verdict.physics, [Physics::TipSlip]);
     assert_close(parameter(&diagnosis, Physics::TipSlip, "friction_coefficient"), friction_coefficient, 0.05);
     let Reading { young_modulus_pa, restraint_total_n_per_m, .. } = diagnosis.baseline;
-    assert!(young_modulus_pa.value < 0.9 * world.young_modulus_pa && restraint_total_n_per_m < 10.0);
+    assert!(young_modulus_pa.value < 0.92 * world.young_modulus_pa && restraint_total_n_per_m < 10.0);
     assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.01);
-    assert_close(diagnosis.extended.restraint_total_n_per_m, stiffness_n_per_m, 0.1);
+    // Two pokes tell a modulus to 2 % and a stiffness to a quarter.
+    assert_close(diagnosis.extended.restraint_total_n_per_m, stiffness_n_per_m, 0.25);
 }
 
 #[test]
