@@ -179,19 +179,19 @@ impl Run<'_> {
         plain: Option<Explained<'_>>,
     ) -> Result<Diagnosis, DiagnoseError> {
         let mut of_law = None;
+        let Explained { model: of, fitted } = plain.unwrap_or(Explained { model, fitted: &selection.base });
+        let before = left(of, fitted)?;
         if let Some(tried) = selection.chosen.map(|i| &mut selection.tried[i]) {
             (tried.fitted, of_law) = with_its_law(model, tried.fitted.clone());
-            let Explained { model: before, fitted } =
-                plain.unwrap_or(Explained { model, fitted: &selection.base });
-            let before = Beyond::noise(&left(before, fitted)?);
-            if before.explained(&Beyond::noise(&left(model, &tried.fitted)?)) > WORTH_RESOLVING {
+            let so_far = Beyond::noise(&left(model, &tried.fitted)?);
+            if Beyond::noise(&before).explained(&so_far) > WORTH_RESOLVING {
                 tried.fitted = resolved(model, tried.fitted.clone(), self.progress)?;
             }
         }
         let model = &*model;
         let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
         let chosen = selection.best();
-        let (before, after) = (left(plain.model, plain.fitted)?, left(model, chosen)?);
+        let after = left(model, chosen)?;
         let mut judged =
             judge(model, &selection, plain.fitted.cost, &before, &after, self.settings.false_alarm);
         judged.doubt_stiffening(model, chosen);
