@@ -53,6 +53,7 @@ enum Stopped {
     StandsAlone,
     BudgetSpent,
     NothingTellsMore,
+    NothingLearnt,
     Failed,
 }
 
@@ -150,6 +151,9 @@ impl ContinueArguments {
                 break Stopped::StandsAlone;
             }
             let Some(next) = &diagnosis.next_poke else { break Stopped::NothingTellsMore };
+            if nothing_learnt(&steps) {
+                break Stopped::NothingLearnt;
+            }
             if bench_s + pause_s + next.poke.contact_s() > self.budget_s {
                 break Stopped::BudgetSpent;
             }
@@ -189,13 +193,35 @@ impl fmt::Display for Continued {
             Stopped::StandsAlone => "",
             Stopped::BudgetSpent => "; the budget is spent",
             Stopped::NothingTellsMore => "; no poke is known that would tell more",
+            Stopped::NothingLearnt => "; the last ones told nothing new",
             Stopped::Failed => "; then this failed: ",
         })?;
         f.write_str(self.failure.as_deref().unwrap_or_default())
     }
 }
 
+/// After so many pokes that told nothing new the bench rests.
+const IN_VAIN: usize = 3;
+
+/// What confidence must rise by to be something new.
+const SURER: f64 = 0.02;
+
+/// Whether the last pokes left names and confidence where they were, or lowered it.
+fn nothing_learnt(steps: &[Step]) -> bool {
+    let Some(since) = steps.len().checked_sub(IN_VAIN + 1) else { return false };
+    let before = &steps[since];
+    steps[since + 1..]
+        .iter()
+        .all(|step| step.same_names(before) && step.confidence < before.confidence + SURER)
+}
+
 impl Step {
+    fn same_names(&self, other: &Self) -> bool {
+        self.physics == other.physics
+            && self.ambiguous_with == other.ambiguous_with
+            && self.unexplained == other.unexplained
+    }
+
     fn of(verdict: &Verdict, pokes: usize, bench_s: f64) -> Self {
         Self {
             pokes,
@@ -360,6 +386,27 @@ mod tests {
         let (pokes, stuck) = went(&until(0.97, 100.0));
         assert_eq!((pokes, stuck.stopped), (5, Stopped::NothingTellsMore));
         assert!(stuck.to_string().contains("pokes added: 3, in 15 s"), "{stuck}");
+    }
+
+    /// Confidence that neither rises nor falls ends it after three pokes; names that change do not.
+    #[test]
+    fn pokes_that_tell_nothing_new_end() {
+        let vain = |said: &dyn Fn(usize) -> Diagnosis| {
+            let ask = |planned: &[PlannedPoke]| Ok(recording(2 + planned.len() as u32));
+            let (mut at, mut first) = (recording(2), said(2));
+            until(0.9, 60.0).rounds(&mut at, &mut first, ask, |r| Ok(said(r.pokes.len())))
+        };
+        let same = vain(&|_| diagnosis(0.6, true));
+        assert_eq!((same.stopped, same.steps.len()), (Stopped::NothingLearnt, 4));
+        assert!(same.to_string().ends_with("60 %; the last ones told nothing new"), "{same}");
+        let late = vain(&|pokes| diagnosis(if pokes < 4 { 0.6 } else { 0.7 }, true));
+        assert_eq!((late.stopped, late.steps.len()), (Stopped::NothingLearnt, 6));
+        let changing = vain(&|pokes| {
+            let mut said = diagnosis(0.6, true);
+            said.verdict.unexplained = pokes % 2 == 0;
+            said
+        });
+        assert_eq!((changing.stopped, changing.steps.len()), (Stopped::BudgetSpent, 13));
     }
 
     #[test]

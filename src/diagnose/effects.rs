@@ -16,7 +16,7 @@ pub(super) struct Term {
 #[derive(Debug, Clone)]
 pub(super) struct Band {
     /// Memory of the restraint.
-    pub memory: Option<Term>,
+    pub memory: Vec<Term>,
     /// Acts along a direction only, in tension, beyond a gap.
     pub slack: Option<Slack>,
 }
@@ -68,7 +68,7 @@ impl Effects {
         Self {
             relaxation: Vec::new(),
             drying_per_s: zero,
-            bands: vec![Band { memory: None, slack: None }; groups],
+            bands: vec![Band { memory: Vec::new(), slack: None }; groups],
             friction: None,
             late_m: zero,
             backlash_m: zero,

@@ -18,8 +18,8 @@ pub(super) enum Knob {
     Time(usize),
     Drying,
     /// As for the phantom, of all restraint alike.
-    BandRelaxed,
-    BandTime,
+    BandRelaxed(usize),
+    BandTime(usize),
     /// Of all restraint alike, which then acts along a direction.
     Gap([f64; 3]),
     Friction,
@@ -56,7 +56,7 @@ impl Knob {
         match self {
             Self::Relaxed(_) | Self::Time(_) => Physics::ViscoelasticRelaxation,
             Self::Drying => Physics::Drying,
-            Self::BandRelaxed | Self::BandTime => Physics::BandViscosity,
+            Self::BandRelaxed(_) | Self::BandTime(_) => Physics::BandViscosity,
             Self::Gap(_) => Physics::SlackBand,
             Self::Friction => Physics::TipSlip,
             Self::Late => Physics::LateContact,
@@ -78,8 +78,8 @@ impl Knob {
     /// Id of the parameter; knobs that share it are its components.
     pub(super) fn id(self) -> &'static str {
         match self {
-            Self::Relaxed(_) | Self::BandRelaxed => "relaxed_fraction",
-            Self::Time(_) | Self::BandTime => "time_constant_s",
+            Self::Relaxed(_) | Self::BandRelaxed(_) => "relaxed_fraction",
+            Self::Time(_) | Self::BandTime(_) => "time_constant_s",
             Self::Drying => "modulus_rate_per_s",
             Self::Gap(_) | Self::Late => "gap_m",
             Self::Friction => "friction_coefficient",
@@ -107,8 +107,8 @@ impl Knob {
             self,
             Self::Relaxed(_)
                 | Self::Time(_)
-                | Self::BandRelaxed
-                | Self::BandTime
+                | Self::BandRelaxed(_)
+                | Self::BandTime(_)
                 | Self::Drift(_)
                 | Self::Gain(_)
                 | Self::Rotation(_)
@@ -120,15 +120,18 @@ impl Knob {
 
     /// Whether the parameter is fitted by its logarithm.
     pub(super) fn by_logarithm(self) -> bool {
-        matches!(self, Self::Time(_) | Self::BandTime | Self::Friction | Self::Gain(_) | Self::SofteningScale)
+        matches!(
+            self,
+            Self::Time(_) | Self::BandTime(_) | Self::Friction | Self::Gain(_) | Self::SofteningScale
+        )
     }
 
     /// Smallest and largest value, and the longest step of a fit, in the units of the value (or of its logarithm); those of
     /// a change of the body are the laboratory's.
     pub(super) fn range(self) -> ([f64; 2], f64) {
         match self {
-            Self::Relaxed(_) | Self::BandRelaxed => ([0.0, 0.9], 0.15),
-            Self::Time(_) | Self::BandTime => ([0.02_f64.ln(), 500.0_f64.ln()], 0.8),
+            Self::Relaxed(_) | Self::BandRelaxed(_) => ([0.0, 0.9], 0.15),
+            Self::Time(_) | Self::BandTime(_) => ([0.02_f64.ln(), 500.0_f64.ln()], 0.8),
             Self::Drying => ([-0.01, 0.01], 1e-3),
             Self::Gap(_) => ([0.0, 4e-3], 3e-4),
             Self::Friction => ([0.01_f64.ln(), 3.0_f64.ln()], 0.4),
@@ -171,17 +174,11 @@ impl Knob {
             Self::Relaxed(n) => term(&mut effects.relaxation, n).relaxed_fraction = value,
             Self::Time(n) => term(&mut effects.relaxation, n).time_constant_s = value,
             Self::Drying => effects.drying_per_s = value,
-            Self::BandRelaxed => {
-                effects
-                    .bands
-                    .iter_mut()
-                    .for_each(|b| b.memory.get_or_insert_with(rest).relaxed_fraction = value);
+            Self::BandRelaxed(n) => {
+                effects.bands.iter_mut().for_each(|b| term(&mut b.memory, n).relaxed_fraction = value);
             }
-            Self::BandTime => {
-                effects
-                    .bands
-                    .iter_mut()
-                    .for_each(|b| b.memory.get_or_insert_with(rest).time_constant_s = value);
+            Self::BandTime(n) => {
+                effects.bands.iter_mut().for_each(|b| term(&mut b.memory, n).time_constant_s = value);
             }
             Self::Gap(direction) => {
                 let slack = Slack { gap_m: value, direction };

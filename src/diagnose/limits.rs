@@ -2,7 +2,8 @@
 //! baseline.
 //!
 //! At first order: the effect is added at next to nothing, alone beside everything that the baseline fits; from its variance
-//! there follows how large it must be to lower the sum of squares by what its entry must.
+//! there follows how large it must be to lower the sum of squares by what its entry must; and from its covariance with the modulus how far
+//! off a baseline without it has that.
 
 use super::knob::Knob;
 use super::model::Model;
@@ -18,6 +19,13 @@ struct Probe {
     unit: f64,
     /// Words before and after the size.
     words: [&'static str; 2],
+}
+
+impl Probe {
+    fn said(&self, size: &str) -> String {
+        let [before, after] = self.words;
+        format!("{before}{size}{after}")
+    }
 }
 
 const fn probe(knob: Knob, at: f64, unit: f64, words: [&'static str; 2]) -> Probe {
@@ -42,17 +50,19 @@ const PROBES: [&[Probe]; 2] = [
     ],
     &[
         probe(Knob::Scale, 1.0, 100.0, ["a camera's scale off by ", " %"]),
-        probe(Knob::DepthGain, 1.0, 100.0, ["its depth by ", " %"]),
+        probe(Knob::DepthGain, 1.0, 100.0, ["a camera's depth off by ", " %"]),
         probe(Knob::Rotation(0), 0.0, 1e3, ["a camera turned about x by ", " mrad"]),
-        probe(Knob::Rotation(1), 0.0, 1e3, ["about y by ", " mrad"]),
-        probe(Knob::Rotation(2), 0.0, 1e3, ["about z by ", " mrad"]),
+        probe(Knob::Rotation(1), 0.0, 1e3, ["a camera turned about y by ", " mrad"]),
+        probe(Knob::Rotation(2), 0.0, 1e3, ["a camera turned about z by ", " mrad"]),
         probe(Knob::Gain(0), 0.0, 100.0, ["a force sensor's x against its z off by ", " %"]),
     ],
 ];
 
-/// The smallest sizes that would have shown beside a baseline, in words. `None` where the model has no answer.
+/// The smallest sizes that would have shown beside a baseline, in words, and which of them the modulus suffers most from. `None` where
+/// the model has no answer.
 pub(super) fn limits(model: &Model<'_>, base: &Fitted) -> Option<String> {
     let mut said = Vec::new();
+    let mut worst = (LEAST_SHIFT, String::new());
     for probes in PROBES {
         let mut knobs: Vec<(Knob, f64)> = probes.iter().map(|p| (p.knob, p.at)).collect();
         // What relaxes needs a time constant, which stays.
@@ -65,14 +75,31 @@ pub(super) fn limits(model: &Model<'_>, base: &Fitted) -> Option<String> {
         for (i, probe) in (first..).zip(probes) {
             // Alone beside the baseline.
             let held = |other: usize| other != i && (first..first + knobs.len()).contains(&other);
-            let variance = added.covariance_but(model, held).map(|covariance| covariance[(i, i)]);
-            let size = variance.map(|v| (least(model, base, probe.knob.physics()) * v).sqrt() * probe.unit);
-            let [before, after] = probe.words;
-            said.push(format!("{before}{}{after}", size.map_or("any".to_owned(), two_digits)));
+            let Some(covariance) = added.covariance_but(model, held) else {
+                said.push(probe.said("any"));
+                continue;
+            };
+            let (variance, with_modulus) = (covariance[(i, i)], covariance[(0, i)]);
+            let size = (least(model, base, probe.knob.physics()) * variance).sqrt();
+            said.push(probe.said(&two_digits(size * probe.unit)));
+            // Of the logarithm.
+            let shift = (with_modulus / variance * size).abs();
+            if shift > worst.0 {
+                worst = (shift, said.last().cloned().unwrap_or_default());
+            }
         }
     }
-    Some(format!("weaker effects than these would not have shown: {}", said.join(", ")))
+    let said = format!("weaker effects than these would not have shown: {}", said.join(", "));
+    Some(match worst {
+        (_, nothing) if nothing.is_empty() => said,
+        (shift, effect) => {
+            format!("{said}; {effect} would put the modulus off by {} %", two_digits(100.0 * shift))
+        }
+    })
 }
+
+/// A smaller relative error of the modulus is not worth words.
+const LEAST_SHIFT: f64 = 2e-3;
 
 fn two_digits(size: f64) -> String {
     let decimals = (1.0 - size.abs().max(f64::MIN_POSITIVE).log10().floor()).clamp(0.0, 9.0) as usize;

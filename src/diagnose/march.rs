@@ -63,7 +63,7 @@ pub(super) fn march(
     let mut bands: Vec<Memory> = groups
         .iter()
         .zip(&effects.bands)
-        .map(|(group, band)| Memory::new(group.stiffness, band.memory.as_slice(), 3 * group.discs.len()))
+        .map(|(group, band)| Memory::new(group.stiffness, &band.memory, 3 * group.discs.len()))
         .collect();
     let mut kept: Option<(Key, DualSolver)> = None;
     let mut under_tip: Vec<UnderTip> = Vec::new();

@@ -57,6 +57,7 @@ mod select;
 mod spread;
 mod starts;
 mod sums;
+mod terms;
 mod tip_path;
 mod track;
 mod undecided;

@@ -21,6 +21,7 @@ pub(super) fn parameters(
         .iter()
         .map(|&physics| {
             let mut parameters: Vec<Parameter> = Vec::new();
+            let share = position(model, fitted, Knob::Softening).map_or(0.0, |i| fitted.at[i]);
             for (i, knob) in fitted.acting.knobs.iter().enumerate().filter(|(_, k)| k.physics() == physics) {
                 // Both tilts of an axis say one direction.
                 if matches!(knob, Knob::Bulk(BulkKnob::Turn(_))) {
@@ -28,7 +29,7 @@ pub(super) fn parameters(
                 }
                 let at = model.base() + i;
                 let sd = covariance.map_or(f64::NAN, |c| c[(at, at)].max(0.0).sqrt());
-                let sd = sd.hypot(by_elements(*knob, fitted.at[at]));
+                let sd = sd.hypot(by_model(*knob, fitted.at[at], share));
                 let estimate = said(model, fitted, *knob, fitted.at[at], sd);
                 match parameters.iter_mut().find(|p| p.id == knob.id()) {
                     Some(known) => known.values.push(estimate),
@@ -46,13 +47,18 @@ pub(super) fn parameters(
         .collect()
 }
 
-/// Standard deviation that elements leave of where a change of the body is and how large, as seen on recordings of another
-/// finite-element code with elements of another size.
-fn by_elements(knob: Knob, value: f64) -> f64 {
+/// Standard deviation that elements and simplified laws leave of what changes the body, as seen on recordings of other finite-element codes
+/// with elements of another size: `share` of stress lost by softening, where it softens.
+fn by_model(knob: Knob, value: f64, share: f64) -> f64 {
     match knob {
         Knob::Bulk(BulkKnob::BallCentre(_) | BulkKnob::LooseCentre(_)) => PLACE_M,
         Knob::Bulk(BulkKnob::BallRadius | BulkKnob::LooseRadius) => RADIUS * value,
         Knob::Bulk(BulkKnob::BallRatio) => RATIO,
+        Knob::Bulk(BulkKnob::Along(_)) => AXIS_RATIO,
+        Knob::Bulk(BulkKnob::BaseGive) => GIVE * value,
+        Knob::Stiffening(_) => STIFFENING * value,
+        Knob::Softening => SOFTENING * share * value,
+        Knob::SofteningScale => SCALE * share,
         _ => 0.0,
     }
 }
@@ -61,6 +67,16 @@ fn by_elements(knob: Knob, value: f64) -> f64 {
 const PLACE_M: f64 = 1e-3;
 const RADIUS: f64 = 0.12;
 const RATIO: f64 = 0.3;
+
+/// Of the logarithm of an axis' modulus over that across it; of a base's give and of stiffening (relative).
+const AXIS_RATIO: f64 = 0.012;
+const GIVE: f64 = 0.03;
+const STIFFENING: f64 = 0.05;
+
+/// Of softening (relative) and of the logarithm of its scale, per share of stress lost: what softens is strained more, which the model
+/// leaves out.
+const SOFTENING: f64 = 0.25;
+const SCALE: f64 = 1.6;
 
 fn said(model: &Model<'_>, fitted: &Fitted, knob: Knob, value: f64, sd: f64) -> Estimate {
     if let Knob::Bulk(bulk) = knob {
@@ -121,6 +137,7 @@ fn complete(
             });
             parameters.push(Parameter { id: "axis", values: values.collect(), list: true });
         }
+        Physics::ViscoelasticRelaxation | Physics::BandViscosity => faster_first(parameters),
         // Its components are fitted.
         Physics::SelfWeight => {
             parameters.clear();
@@ -144,6 +161,16 @@ fn complete(
     }
 }
 
+/// Terms of a memory by their time constants.
+fn faster_first(parameters: &mut [Parameter]) {
+    let Some(times) = parameters.iter().find(|p| p.id == "time_constant_s") else { return };
+    let mut order: Vec<usize> = (0..times.values.len()).collect();
+    order.sort_by(|&a, &b| times.values[a].value.total_cmp(&times.values[b].value));
+    for parameter in parameters {
+        parameter.values = order.iter().filter_map(|&i| parameter.values.get(i).copied()).collect();
+    }
+}
+
 /// Index of the parameter that a knob is.
 fn position(model: &Model<'_>, fitted: &Fitted, knob: Knob) -> Option<usize> {
     Some(model.base() + fitted.acting.knobs.iter().position(|k| *k == knob)?)
@@ -161,6 +188,17 @@ fn deviation(covariance: Option<&DMatrix<f64>>, slopes: &[(usize, f64)]) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn terms_of_a_memory_come_faster_first() {
+        let values = |all: [f64; 2]| all.map(|value| Estimate { value, sd: 0.1 * value }).to_vec();
+        let parameter = |id, all| Parameter { id, values: values(all), list: true };
+        let mut memory =
+            [parameter("relaxed_fraction", [0.1, 0.2]), parameter("time_constant_s", [9.0, 1.0])];
+        faster_first(&mut memory);
+        assert_eq!(memory[0].values, values([0.2, 0.1]));
+        assert_eq!(memory[1].values, values([1.0, 9.0]));
+    }
 
     /// Of a difference of two that err alike, less than of either.
     #[test]

@@ -45,7 +45,7 @@ pub(super) fn starts(model: &Model<'_>, current: &Fitted, of_the_body: bool) -> 
             }
         }
         for time in TIMES_S {
-            add(Physics::BandViscosity, vec![(Knob::BandRelaxed, 0.1), (Knob::BandTime, time.ln())]);
+            add(Physics::BandViscosity, vec![(Knob::BandRelaxed(0), 0.1), (Knob::BandTime(0), time.ln())]);
         }
     }
     for friction in frictions(model, current) {

@@ -326,3 +326,33 @@ impl Judged {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Surer where the baseline leaves less than noise mostly does, and never surer than a reading.
+    #[test]
+    fn what_hardly_shows_is_doubted() {
+        assert!(nothing_left_out(0.8) > 0.9 && nothing_left_out(0.8) <= MOST_SURE);
+        assert_eq!(nothing_left_out(0.05), LEAST_CONFIDENCE);
+        assert!(nothing_left_out(0.05) < nothing_left_out(0.8));
+    }
+
+    /// What explains everything, by far and alone, is as sure as anything; a rival as good, a trace left over and a third effect lower it.
+    #[test]
+    fn confidence_follows_the_evidence() {
+        let clear = Evidence { explained: 1.0, gain: 100.0, margin: 1.0, left: 0.0, effects: 1 };
+        assert_eq!(confidence(&clear), MOST_SURE);
+        let doubts = [
+            Evidence { explained: 0.5, gain: 10.0, ..clear },
+            Evidence { gain: 1.0, margin: 0.5, ..clear },
+            Evidence { gain: 10.0, margin: 0.01, ..clear },
+            Evidence { left: 10.0, ..clear },
+            Evidence { gain: 3.0, effects: 3, ..clear },
+        ];
+        for doubt in doubts {
+            assert!(confidence(&doubt) < 0.9, "{doubt:?}: {}", confidence(&doubt));
+        }
+    }
+}

@@ -234,3 +234,20 @@ fn ids(physics: &[Physics]) -> Vec<&'static str> {
 fn known(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::StiffeningLaw;
+
+    /// The catalogue gives the law beside the parameter, as a word.
+    #[test]
+    fn the_law_of_stiffening_is_written_beside_its_parameter() {
+        let values = vec![Estimate { value: 1.5, sd: 0.1 }];
+        let parameters = vec![Parameter { id: "stiffening", values, list: false }];
+        let found = |law| Found { physics: Physics::StrainStiffening, parameters: parameters.clone(), law };
+        let written = super::parameters(&found(Some(StiffeningLaw::Yeoh))).1;
+        assert_eq!(written, json!({ "law": "yeoh", "stiffening": { "value": 1.5, "sd": 0.1 } }));
+        assert_eq!(super::parameters(&found(None)).1.as_object().map(Map::len), Some(1));
+    }
+}
