@@ -73,9 +73,10 @@ pub(super) fn judge(
         let earned = |p: &Physics| {
             without(selection, plain, chosen, |other| other != p) / least(model, &selection.base, *p)
         };
+        let earned: Vec<f64> = chosen.physics.iter().map(earned).collect();
         let evidence = Evidence {
             explained: before_noise.explained(&after_noise),
-            gain: chosen.physics.iter().map(earned).fold(f64::INFINITY, f64::min),
+            gain: earned.iter().copied().fold(f64::INFINITY, f64::min),
             margin: others.iter().map(margin).fold(1.0, f64::min).max(0.0),
             left: after_noise.deviations(),
             effects: chosen.physics.len(),
@@ -83,7 +84,9 @@ pub(super) fn judge(
         verdict.evidence = Some(evidence);
         let sure = confidence(&evidence);
         let doubtful = sure < LEAST_CONFIDENCE && before_noise.deviations() < PLAIN_SD;
-        if doubtful || !shows && evidence.gain < BEYOND_CHANCE {
+        // One effect that is beyond chance is enough for something to act, however little another adds.
+        let beyond_chance = earned.iter().any(|gain| *gain >= BEYOND_CHANCE);
+        if doubtful || !shows && !beyond_chance {
             // Hardly anything is left to be explained, and the explanation is doubtful, or something lesser may have left it.
             remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
             // No surer than where nothing explains anything.

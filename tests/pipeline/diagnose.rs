@@ -16,12 +16,13 @@ fn phantom() -> &'static Phantom {
     PHANTOM.get_or_init(|| Phantom::prepare(&stock(7, 0)).expect("a phantom of the stock"))
 }
 
-/// A session with these effects: seven pokes, one spring, white noise.
+/// A session with these effects: six pokes, one spring, white noise.
 fn diagnosed(seed: u64, effects: Vec<Effect>) -> (World, Diagnosis) {
     let mut world = World::draw(seed, 7, 1);
     world.stated_poisson_ratio = world.phantom.poisson_ratio;
     world.holds = vec![Hold::Springs { patch: 0, stiffness_n_per_m: 120.0 }];
     world.instruments.wander = None;
+    world.pokes.truncate(6);
     for poke in &mut world.pokes {
         poke.direction = world.phantom.sites[poke.site].inward;
     }

@@ -42,4 +42,12 @@ impl Figure {
             Self::Name(_) => &[],
         }
     }
+
+    /// The name that it is; none of a number.
+    pub(super) fn name(&self) -> Option<&str> {
+        match self {
+            Self::Name(name) => Some(name),
+            Self::Number(_) | Self::List(_) => None,
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! How far found figures lie from the concealed ones, and whether their 90 % intervals hold these.
 
-use super::answer::Answer;
+use super::answer::{Answer, Figure};
 use super::said::{Number, Verdict};
 use crate::report::document::NORMAL_90;
 use serde::Serialize;
@@ -78,9 +78,15 @@ fn told(id: &str) -> Told {
     }
 }
 
-/// Errors of the parameters that both have. Series of unequal length compare their sums, where shares add up.
+/// Errors of the parameters that both have, those of one law being no other's. Series of unequal length compare their sums, where shares add up.
 pub(super) fn parameter_errors(physics: &str, answer: &Answer, said: &Verdict) -> Vec<ParameterError> {
     let Some(truth) = answer.parameters.get(physics) else { return Vec::new() };
+    let laws = [truth.get("law").and_then(Figure::name), said.name(physics, "law")];
+    if let [Some(true_law), Some(found_law)] = laws
+        && true_law != found_law
+    {
+        return Vec::new();
+    }
     let mut errors = Vec::new();
     for (id, figure) in truth {
         let numbers = said.numbers(physics, id);
@@ -169,6 +175,16 @@ mod tests {
         assert!((scale[0].relative - 0.2).abs() < 1e-9, "{scale:?}");
         assert_eq!(scale[0].covered, Some(true));
         assert!(errors("camera-scale", json!({"scale": 1.0}), json!({"scale": number(1.0, 0.0)})).is_empty());
+    }
+
+    /// Fung's parameter is no error of Yeoh's.
+    #[test]
+    fn laws_compare_with_themselves() {
+        let found = json!({"law": "yeoh", "stiffening": number(0.5, 0.02)});
+        let of =
+            |law: &str| errors("strain-stiffening", json!({"law": law, "stiffening": 0.6}), found.clone());
+        assert!((of("yeoh")[0].relative - 1.0 / 6.0).abs() < 1e-9);
+        assert!(of("fung").is_empty());
     }
 
     #[test]

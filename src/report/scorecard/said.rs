@@ -18,7 +18,7 @@ pub struct Verdict {
     mismatch: MismatchKeys,
     verdict: VerdictKeys,
     #[serde(default)]
-    parameters: BTreeMap<String, BTreeMap<String, OneOrMany>>,
+    parameters: BTreeMap<String, BTreeMap<String, Parameter>>,
     baseline: ReadingKeys,
     extended: ReadingKeys,
 }
@@ -53,9 +53,11 @@ pub struct Number {
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged)]
-enum OneOrMany {
+enum Parameter {
     One(Number),
     Many(Vec<Number>),
+    /// A name, of a law for instance.
+    Name(String),
 }
 
 impl Verdict {
@@ -82,9 +84,17 @@ impl Verdict {
     /// Numbers of a parameter; empty when it has none of that id.
     pub fn numbers(&self, physics: &str, id: &str) -> &[Number] {
         match self.parameters.get(physics).and_then(|p| p.get(id)) {
-            Some(OneOrMany::One(number)) => std::slice::from_ref(number),
-            Some(OneOrMany::Many(numbers)) => numbers,
-            None => &[],
+            Some(Parameter::One(number)) => std::slice::from_ref(number),
+            Some(Parameter::Many(numbers)) => numbers,
+            Some(Parameter::Name(_)) | None => &[],
+        }
+    }
+
+    /// The name that a parameter is; none of a number.
+    pub fn name(&self, physics: &str, id: &str) -> Option<&str> {
+        match self.parameters.get(physics)?.get(id)? {
+            Parameter::Name(name) => Some(name),
+            Parameter::One(_) | Parameter::Many(_) => None,
         }
     }
 
