@@ -21,8 +21,8 @@ const APART: f64 = 6.0;
 /// A term must lower the sum of squares by this much: what chance does to two parameters once in 10⁹ times.
 const LEAST_GAIN: f64 = 40.0;
 
-/// A second term takes from the first.
-const FROM_CLOSE: f64 = 4.0;
+/// What a descent may gain over the promise of its next step: the second term's time constant is still to be found.
+const FROM_FAR: f64 = 4.0;
 
 /// A reading with a memory of one term, with two where they explain more. Any other reading as it is.
 pub(super) fn with_its_terms(model: &Model<'_>, fitted: Fitted) -> Fitted {
@@ -34,7 +34,7 @@ fn with_a_second(model: &Model<'_>, fitted: Fitted, [share, time]: Of) -> Fitted
     let Some(first) = has(time(0)).filter(|_| has(time(1)).is_none()) else { return fitted };
     let log_time = fitted.at[model.base() + first];
     let hopeless = fitted.cost - LEAST_GAIN;
-    let effort = Effort { optimism: FROM_CLOSE, hopeless, ..IN_FULL };
+    let effort = Effort { optimism: FROM_FAR, hopeless, ..IN_FULL };
     let with = |by: f64| {
         let term = [(share(1), SHARE), (time(1), log_time + by)];
         let (acting, at) = extended(model, &fitted, &term);

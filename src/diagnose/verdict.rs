@@ -44,6 +44,11 @@ const LEAST_CONFIDENCE: f64 = 0.5;
 /// acts the most that was seen is 1.5 (drying, for a zero that wandered through a session).
 const BEYOND_CHANCE: f64 = 2.0;
 
+/// Whether something acts beyond chance: one effect that does is enough, however little another adds.
+fn beyond_chance(earned: &[f64]) -> bool {
+    earned.iter().any(|gain| *gain >= BEYOND_CHANCE)
+}
+
 /// Judges a selection by what is left before and after it. `plain` is the sum of squares of the baseline with a restraint found for itself.
 pub(super) fn judge(
     model: &Model<'_>,
@@ -84,9 +89,7 @@ pub(super) fn judge(
         verdict.evidence = Some(evidence);
         let sure = confidence(&evidence);
         let doubtful = sure < LEAST_CONFIDENCE && before_noise.deviations() < PLAIN_SD;
-        // One effect that is beyond chance is enough for something to act, however little another adds.
-        let beyond_chance = earned.iter().any(|gain| *gain >= BEYOND_CHANCE);
-        if doubtful || !shows && !beyond_chance {
+        if doubtful || !shows && !beyond_chance(&earned) {
             // Hardly anything is left to be explained, and the explanation is doubtful, or something lesser may have left it.
             remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
             // No surer than where nothing explains anything.
@@ -339,7 +342,13 @@ mod tests {
     fn what_hardly_shows_is_doubted() {
         assert!(nothing_left_out(0.8) > 0.9 && nothing_left_out(0.8) <= MOST_SURE);
         assert_eq!(nothing_left_out(0.05), LEAST_CONFIDENCE);
-        assert!(nothing_left_out(0.05) < nothing_left_out(0.8));
+    }
+
+    /// A camera's scale that earns 27 times what is asked acts, whether or not a gain beside it earns more than chance may.
+    #[test]
+    fn one_plain_effect_is_enough() {
+        assert!(beyond_chance(&[27.0, 1.8]) && beyond_chance(&[1.8, 27.0]));
+        assert!(!beyond_chance(&[1.8, 1.5]));
     }
 
     /// What explains everything, by far and alone, is as sure as anything; a rival as good, a trace left over and a third effect lower it.
@@ -347,6 +356,7 @@ mod tests {
     fn confidence_follows_the_evidence() {
         let clear = Evidence { explained: 1.0, gain: 100.0, margin: 1.0, left: 0.0, effects: 1 };
         assert_eq!(confidence(&clear), MOST_SURE);
+        assert!(confidence(&Evidence { gain: 10.0, ..clear }) > 0.9);
         let doubts = [
             Evidence { explained: 0.5, gain: 10.0, ..clear },
             Evidence { gain: 1.0, margin: 0.5, ..clear },

@@ -84,8 +84,8 @@ fn relaxation_is_named_by_its_terms_and_the_modulus_becomes_the_one_at_equilibri
     let (shares, times) = (found("relaxed_fraction"), found("time_constant_s"));
     assert_eq!((shares.len(), times.len()), (2, 2));
     for (i, (share, time)) in terms.into_iter().enumerate() {
-        assert_close(shares[i], share, 0.1);
-        assert_close(times[i], time, 0.15);
+        assert_close(shares[i], share, 0.05);
+        assert_close(times[i], time, 0.05);
     }
     assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.02);
     assert_explained(&diagnosis);
