@@ -20,15 +20,20 @@ pub(super) fn with_springs(
     found: Linearised,
     radius_m: f64,
 ) -> Result<Linearised, InverseError> {
-    let mut at = found;
-    for p in 0..at.state.patches.len() {
-        let Some(springs) = springs_for(&at.state.patches[p], radius_m, problem.bench.model.poisson_ratio())
-        else {
-            continue;
-        };
+    let (mut at, mut p) = (found, 0);
+    while let Some(spot) = at.state.patches.get(p) {
+        let springs = springs_for(spot, radius_m, problem.bench.model.poisson_ratio());
+        p += 1;
+        let Some(springs) = springs else { continue };
         let (correction, weights) = (problem.correction.take(), problem.whitening.clone());
-        match sprung(problem, finer, &at, p, springs) {
-            Ok(Some(better)) => at = better,
+        match sprung(problem, finer, &at, p - 1, springs) {
+            Ok(Some(better)) => {
+                // Settling takes patches away that are no longer needed: those behind them are elsewhere then.
+                if better.state.patches.len() < at.state.patches.len() {
+                    p = 0;
+                }
+                at = better;
+            }
             Ok(None) | Err(InverseError::NotSettled { .. }) => {
                 (problem.correction, problem.whitening) = (correction, weights);
             }

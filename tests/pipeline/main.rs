@@ -1,6 +1,7 @@
 //! Whole paths through the program: data made, estimated from, compared with what made them. One module a topic.
 
 mod diagnose;
+mod draws;
 mod jacobian;
 mod practice;
 mod published;
