@@ -4,6 +4,7 @@
 
 use super::dual::Dual;
 use super::extra::Large;
+use super::uneven;
 
 /// One term of a Prony series: share of the instantaneous stiffness that relaxes, and its time constant (s).
 #[derive(Debug, Clone, Copy)]
@@ -55,6 +56,8 @@ pub(super) struct Effects {
     /// Of all displacements, and of z besides.
     pub scale: Dual,
     pub depth_gain: Dual,
+    /// What the scale has besides at a place of the picture, by what it is in proportion to (see `uneven`).
+    pub uneven: [Dual; uneven::KINDS],
     /// Markers show the state this much earlier than their stamp (s).
     pub lag_s: Dual,
     /// A law that is not linear in the displacement.
@@ -78,9 +81,15 @@ impl Effects {
             rotation_rad: [zero; 3],
             scale: one,
             depth_gain: one,
+            uneven: [zero; uneven::KINDS],
             lag_s: zero,
             large: None,
         }
+    }
+
+    /// Whether the camera's scale differs over the picture, or may.
+    pub(super) fn scale_uneven(&self) -> bool {
+        self.uneven.iter().any(|x| x.re != 0.0 || x.eps.0.is_some())
     }
 
     /// Whether what the camera shows differs from what moves, or may.

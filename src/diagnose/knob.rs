@@ -7,6 +7,7 @@ use super::effects::{Effects, Slack, Term};
 use super::extra::Large;
 use super::large::StiffeningLaw;
 use super::physics::Physics;
+use super::uneven::Unevenness;
 use num_dual::DualNum;
 
 /// One parameter of an effect.
@@ -34,6 +35,8 @@ pub(super) enum Knob {
     Translation(usize),
     Scale,
     DepthGain,
+    /// Of the scale over the picture.
+    Uneven(Unevenness),
     Lag,
     /// A linear change of the body.
     Bulk(BulkKnob),
@@ -66,6 +69,7 @@ impl Knob {
             Self::Gain(_) => Physics::ForceGain,
             Self::Rotation(_) | Self::Translation(_) => Physics::CameraMisalignment,
             Self::Scale | Self::DepthGain => Physics::CameraScale,
+            Self::Uneven(_) => Physics::UnevenScale,
             Self::Lag => Physics::CameraLag,
             Self::Bulk(bulk) => bulk.physics(),
             Self::FiniteStrain => Physics::FiniteStrain,
@@ -91,6 +95,7 @@ impl Knob {
             Self::Translation(_) => "translation_m",
             Self::Scale => "scale",
             Self::DepthGain => "depth_gain",
+            Self::Uneven(_) => "uneven_scale",
             Self::Lag => "lag_s",
             Self::Bulk(bulk) => bulk.id().0,
             Self::FiniteStrain => "share",
@@ -113,6 +118,7 @@ impl Knob {
                 | Self::Gain(_)
                 | Self::Rotation(_)
                 | Self::Translation(_)
+                | Self::Uneven(_)
                 | Self::Gravity(_)
                 | Self::GravityUnderTip(_)
         )
@@ -143,6 +149,7 @@ impl Knob {
             Self::Rotation(_) => ([-0.5, 0.5], 0.1),
             Self::Translation(_) => ([-2e-3, 2e-3], 5e-4),
             Self::Scale | Self::DepthGain => ([0.5, 2.0], 0.1),
+            Self::Uneven(_) => ([-0.5, 0.5], 0.05),
             Self::Lag => ([-0.5, 0.5], 0.05),
             Self::Bulk(_) => ([f64::NEG_INFINITY, f64::INFINITY], f64::INFINITY),
             Self::FiniteStrain => ([1.0, 1.0], 1.0),
@@ -194,6 +201,7 @@ impl Knob {
             Self::Scale => effects.scale = value,
             Self::DepthGain => effects.depth_gain = value,
             Self::Lag => effects.lag_s = value,
+            Self::Uneven(of) => effects.uneven[of as usize] = value,
             Self::Bulk(_) | Self::Translation(_) => {}
             Self::FiniteStrain => effects.large = Some(Large::FiniteStrain),
             Self::Stiffening(law) => effects.large = Some(Large::Stiffening(law, value)),

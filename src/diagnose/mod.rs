@@ -61,6 +61,7 @@ mod terms;
 mod tip_path;
 mod track;
 mod undecided;
+mod uneven;
 mod verdict;
 
 pub use diagnosis::{

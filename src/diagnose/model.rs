@@ -19,6 +19,7 @@ use super::registration::by_place;
 use super::rest::{Correlation, correlation, force_at_rest, pauses};
 use super::sums::PokeSums;
 use super::track::{Frame, Timeline, Track, timeline, tracks};
+use super::uneven::Picture;
 use crate::geometry::Vec3;
 use crate::inverse::{Parameter, Settled};
 use nalgebra::{DMatrix, DVector};
@@ -80,6 +81,8 @@ pub(super) struct Model<'a> {
     pub force_sd: [f64; 3],
     /// As above.
     pub marker_sd: [f64; 3],
+    /// Where markers are in the picture.
+    pub(super) picture: Picture,
     /// Derivative of the body's markers by where along each axis they are.
     by_place: [DMatrix<f64>; 3],
     /// How far errors are from white.
@@ -191,6 +194,7 @@ impl<'a> Model<'a> {
             timeline,
             force_sd: noise.force_n,
             marker_sd: noise.marker_m,
+            picture: Picture::of(settled.evidence.rest.iter().map(|(at, _)| *at)),
             by_place: by_place(settled)?,
             correlation: correlation(settled.recording, settled.evidence, &Creep::None),
             rest: force_at_rest(settled.recording),

@@ -70,7 +70,7 @@ pub(super) fn next_poke(
 fn named(physics: &[Physics]) -> String {
     match physics {
         [] => "the baseline".to_owned(),
-        all => all.iter().map(|p| p.id()).collect::<Vec<_>>().join(" with "),
+        all => all.iter().map(|p| p.said()).collect::<Vec<_>>().join(" with "),
     }
 }
 

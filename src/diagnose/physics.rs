@@ -4,17 +4,25 @@ use std::fmt;
 
 macro_rules! catalogue {
     ($($(#[$doc:meta])* $name:ident = $id:literal,)*) => {
-        /// One entry of the physics catalogue.
+        /// One entry of the physics catalogue, or what is none and looked for all the same.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum Physics { $($(#[$doc])* $name,)* }
+        pub enum Physics {
+            $($(#[$doc])* $name,)*
+            /// The camera's scale differs over the picture, as that of a lens or a slant which calibration missed: no entry of the
+            /// catalogue. What is explained best with it is `unexplained`.
+            UnevenScale,
+        }
 
         impl Physics {
             /// All entries, in the catalogue's order.
             pub const ALL: &'static [Self] = &[$(Self::$name,)*];
 
-            /// Id of the catalogue.
+            /// Id of the catalogue, or else `unexplained`.
             pub fn id(self) -> &'static str {
-                match self { $(Self::$name => $id,)* }
+                match self {
+                    $(Self::$name => $id,)*
+                    Self::UnevenScale => "unexplained",
+                }
             }
 
             /// The entry of an id.
@@ -75,6 +83,19 @@ catalogue! {
 }
 
 impl Physics {
+    /// Whether it is an entry of the catalogue.
+    pub fn catalogued(self) -> bool {
+        self != Self::UnevenScale
+    }
+
+    /// What it is called in a remark.
+    pub(super) fn said(self) -> &'static str {
+        match self {
+            Self::UnevenScale => "a camera's scale that differs over the picture",
+            listed => listed.id(),
+        }
+    }
+
     /// The entry that stands for those that are much alike: stiffening contains large strain.
     pub(super) fn family(self) -> Self {
         if self == Self::StrainStiffening { Self::FiniteStrain } else { self }

@@ -179,7 +179,7 @@ impl Model<'_> {
         frame: &Frame,
         marched: &Marched<'_>,
     ) -> Option<DVector<f64>> {
-        let seen = in_view(frame, marched, &self.moved_at(track, frame, marched)?);
+        let seen = self.in_view(frame, marched, &self.moved_at(track, frame, marched)?);
         Some(seen.column(marched.fitted).into_owned())
     }
 
@@ -226,7 +226,7 @@ impl Model<'_> {
     /// Columns `[J | share | residual]` of a frame's markers where all of them are displaced by `u`.
     fn seen_rows(&self, frame: &Frame, marched: &Marched<'_>, u: &DMatrix<f64>, share: f64) -> DMatrix<f64> {
         let (fitted, seen) = (marched.fitted, &frame.seen);
-        let mut out = in_view(frame, marched, u);
+        let mut out = self.in_view(frame, marched, u);
         let scale = DVector::from_fn(3 * seen.len(), |row, _| self.marker_sd[row % 3].recip());
         for (row, s) in scale.iter().enumerate() {
             let (marker_row, axis) = (row / 3, row % 3);
@@ -237,6 +237,25 @@ impl Model<'_> {
             column.iter_mut().zip(&scale).for_each(|(x, s)| *x *= all * s);
         }
         self.take_off_sway(&mut out);
+        out
+    }
+
+    /// Columns `[J | value | 0]` of the markers of one frame as the camera shows them (m), where all markers are displaced by `u`.
+    fn in_view(&self, frame: &Frame, marched: &Marched<'_>, u: &DMatrix<f64>) -> DMatrix<f64> {
+        let fitted = marched.fitted;
+        let mut out = DMatrix::zeros(3 * frame.seen.len(), fitted + 2);
+        if marched.effects.camera_acts() {
+            turned(u, &marched.turn, frame, &mut out);
+        } else {
+            // Column by column, as they lie in memory.
+            for (from, to) in (0..fitted).map(|j| (1 + j, j)).chain([(0, fitted)]) {
+                let (from, mut to) = (u.column(from), out.column_mut(to));
+                for (n, (marker, _)) in frame.seen.iter().enumerate() {
+                    (0..3).for_each(|axis| to[3 * n + axis] = from[3 * marker + axis]);
+                }
+            }
+        }
+        self.picture.scale(frame, &marched.effects, fitted, &mut out);
         out
     }
 
@@ -257,24 +276,6 @@ impl Model<'_> {
             }
         }
     }
-}
-
-/// Columns `[J | value | 0]` of the markers of one frame as the camera shows them (m), where all markers are displaced by `u`.
-fn in_view(frame: &Frame, marched: &Marched<'_>, u: &DMatrix<f64>) -> DMatrix<f64> {
-    let fitted = marched.fitted;
-    let mut out = DMatrix::zeros(3 * frame.seen.len(), fitted + 2);
-    if marched.effects.camera_acts() {
-        turned(u, &marched.turn, frame, &mut out);
-        return out;
-    }
-    // Column by column, as they lie in memory.
-    for (from, to) in (0..fitted).map(|j| (1 + j, j)).chain([(0, fitted)]) {
-        let (from, mut to) = (u.column(from), out.column_mut(to));
-        for (n, (marker, _)) in frame.seen.iter().enumerate() {
-            (0..3).for_each(|axis| to[3 * n + axis] = from[3 * marker + axis]);
-        }
-    }
-    out
 }
 
 /// Columns `[J | value]` of the markers of one frame in the camera's view, in metres: `u` holds displacements and their

@@ -63,6 +63,10 @@ const FROM_LOOK: f64 = 2.0;
 const BEST: usize = 5;
 const PROMISING: f64 = 0.15;
 
+/// Those of which more is asked than they promise are refitted if they promise this share of the best that earns what is asked of it: whatever
+/// explains as much casts doubt on it.
+const RIVAL: f64 = 0.5;
+
 /// Most effects at once.
 pub(super) const MOST: usize = 3;
 
@@ -80,7 +84,9 @@ fn misplaced(physics: Physics) -> Option<[f64; 2]> {
         Physics::BaseDebonding | Physics::CoarseMesh => Some([1e-2, 5e-3]),
         Physics::Anisotropy | Physics::SelfWeight => Some([1e-2, 4e-3]),
         // Of a camera's scale no less: beside a gain it would stand in for a stage that gives.
-        Physics::PoissonRatio | Physics::CameraMisalignment | Physics::CameraScale => Some([1e-2, 3e-3]),
+        Physics::PoissonRatio | Physics::CameraMisalignment | Physics::CameraScale | Physics::UnevenScale => {
+            Some([1e-2, 3e-3])
+        }
         Physics::ForceGain => Some([1e-2, 2e-3]),
         Physics::CompliantBase | Physics::StageCompliance => Some([1e-2, 1.5e-3]),
         _ => None,
@@ -134,19 +140,20 @@ pub(super) fn select(
             Some(tried) => (tried.fitted.clone(), tried.physics.clone()),
             None => (selection.base.clone(), Vec::new()),
         };
-        // Where the means show nothing any more, what instruments and bands do may still hide in the modulus. It must promise all that is asked.
+        // Where the means show nothing any more, what else acts may still hide in the modulus. It must promise all that is asked.
         let quiet = !physics.is_empty() && selection.leaves_nothing(model)?;
         let promise = if quiet { 1.0 } else { 0.5 };
-        let screened = screen(model, &current, &physics, !quiet);
+        let screened = screen(model, &current, &physics);
         if physics.is_empty() {
             selection.screened.clone_from(&screened);
         }
         let share = LEAST_SHARE * (selection.base.cost - current.cost);
         let least = |base: &Fitted, physics: Physics| least(model, base, physics).max(share);
         let best_gain = screened.first().map_or(0.0, |s| s.gain);
-        let promising = |s: &&Screened| {
-            s.gain > promise * least(&selection.base, s.start.physics) && s.gain > PROMISING * best_gain
-        };
+        let earns = |s: &&Screened| s.gain > promise * least(&selection.base, s.start.physics);
+        // What gains as much without earning what is asked of it is a rival all the same.
+        let rival = screened.iter().find(earns).map_or(f64::INFINITY, |best| RIVAL * best.gain);
+        let promising = |s: &&Screened| s.gain > PROMISING * best_gain && (earns(s) || s.gain > rival);
         let worth: Vec<&Screened> = screened.iter().filter(promising).collect();
         let contenders = best_of_each(&worth, BEST);
         progress(physics.len(), contenders.len());
@@ -309,7 +316,7 @@ fn thin(model: &Model<'_>, selection: &mut Selection) {
                 let physics = chosen.physics.iter().copied().filter(|p| *p != gone).collect();
                 Some(Tried { physics, fitted })
             })
-            .chain(unstiffened(model, &chosen, least))
+            .chain(plainer(model, &chosen, least))
             .collect();
         let best = fewer.into_iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
         match best {
@@ -322,19 +329,25 @@ fn thin(model: &Model<'_>, selection: &mut Selection) {
     }
 }
 
-/// Large strain in the place of stiffening, which contains it.
-fn unstiffened(model: &Model<'_>, chosen: &Tried, least: f64) -> Option<Tried> {
-    let Fitted { acting, at, cost, .. } = &chosen.fitted;
-    let stiffens = |knob: &Knob| matches!(knob, Knob::Stiffening(_));
-    let stiffening = acting.knobs.iter().position(stiffens)?;
-    let (mut acting, mut at) = (acting.clone(), at.clone());
-    acting.knobs[stiffening] = Knob::FiniteStrain;
-    at[model.base() + stiffening] = 1.0;
-    ready(model, &[(Knob::FiniteStrain, 1.0)], true);
-    let effort = Effort { optimism: FROM_CLOSE, hopeless: cost + least, ..IN_FULL };
+/// A reading with less in the place of an effect that contains it: large strain for stiffening, an even scale for an uneven one.
+fn plainer(model: &Model<'_>, chosen: &Tried, least: f64) -> Option<Tried> {
+    let has = |physics: Physics| chosen.physics.contains(&physics);
+    let (gone, plain, knobs) = if has(Physics::StrainStiffening) {
+        (Physics::StrainStiffening, Physics::FiniteStrain, vec![(Knob::FiniteStrain, 1.0)])
+    } else if has(Physics::UnevenScale) && !has(Physics::CameraScale) {
+        let scale = vec![(Knob::Scale, 1.0), (Knob::DepthGain, 1.0)];
+        (Physics::UnevenScale, Physics::CameraScale, scale)
+    } else {
+        return None;
+    };
+    let (acting, at) = reduced(model, &chosen.fitted, |knob| knob.physics() != gone);
+    let without = Fitted { acting, at, ..chosen.fitted.clone() };
+    let (acting, at) = extended(model, &without, &knobs);
+    ready(model, &knobs, true);
+    let effort = Effort { optimism: FROM_CLOSE, hopeless: chosen.fitted.cost + least, ..IN_FULL };
     let fitted = descend(model, &acting, at, effort)?;
-    let large = |p: &Physics| if *p == Physics::StrainStiffening { Physics::FiniteStrain } else { *p };
-    Some(Tried { physics: chosen.physics.iter().map(large).collect(), fitted })
+    let physics = chosen.physics.iter().map(|p| if *p == gone { plain } else { *p }).collect();
+    Some(Tried { physics, fitted })
 }
 
 /// The fit without the patches that it no longer needs.
@@ -356,9 +369,9 @@ fn pruned(model: &Model<'_>, fitted: Fitted) -> Fitted {
     best
 }
 
-/// Every entry but those that act already, from all its starts (or those that leave the body as it is); the most promising first.
-fn screen(model: &Model<'_>, current: &Fitted, physics: &[Physics], of_the_body: bool) -> Vec<Screened> {
-    let mut screened: Vec<Screened> = starts(model, current, of_the_body)
+/// Every entry but those that act already, from all its starts; the most promising first.
+fn screen(model: &Model<'_>, current: &Fitted, physics: &[Physics]) -> Vec<Screened> {
+    let mut screened: Vec<Screened> = starts(model, current)
         .into_par_iter()
         .filter(|start| !physics.contains(&start.physics))
         .filter_map(|start| {

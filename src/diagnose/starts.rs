@@ -10,6 +10,7 @@ use super::model::Model;
 use super::physics::Physics;
 use super::refit::Fitted;
 use super::scan::Scan;
+use super::uneven;
 use rayon::prelude::*;
 
 /// Where a fit begins.
@@ -29,8 +30,8 @@ const TIMES_S: [f64; 3] = [0.3, 2.0, 12.0];
 /// Gaps of slack bands to begin with (m).
 const GAPS_M: [f64; 2] = [1e-4, 5e-4];
 
-/// All starts from a fitted reading, or those that leave the body as it is and its law linear.
-pub(super) fn starts(model: &Model<'_>, current: &Fitted, of_the_body: bool) -> Vec<Start> {
+/// All starts from a fitted reading.
+pub(super) fn starts(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
     let mut all = Vec::new();
     let mut add = |physics: Physics, knobs: Vec<(Knob, f64)>| all.push(Start { physics, knobs, gain: None });
     for time in TIMES_S {
@@ -61,11 +62,13 @@ pub(super) fn starts(model: &Model<'_>, current: &Fitted, of_the_body: bool) -> 
     let stands = (0..3).map(Knob::Rotation).chain((0..3).map(Knob::Translation));
     add(Physics::CameraMisalignment, stands.map(|knob| (knob, 0.0)).collect());
     add(Physics::CameraScale, vec![(Knob::Scale, 1.0), (Knob::DepthGain, 1.0)]);
-    add(Physics::CameraLag, vec![(Knob::Lag, 0.0)]);
-    if of_the_body {
-        all.extend(large(model, current));
-        all.extend(bulk(model, current));
+    // Beside another effect it would take up what that one's model gets wrong.
+    if current.acting.knobs.is_empty() {
+        add(Physics::UnevenScale, uneven::KNOBS.to_vec());
     }
+    add(Physics::CameraLag, vec![(Knob::Lag, 0.0)]);
+    all.extend(large(model, current));
+    all.extend(bulk(model, current));
     all
 }
 

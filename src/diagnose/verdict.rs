@@ -9,6 +9,7 @@ use super::model::Model;
 use super::physics::Physics;
 use super::refit::{End, Fitted};
 use super::select::{Selection, Tried, least};
+use super::uneven;
 
 /// The verdict with what led to it.
 #[derive(Debug, Clone)]
@@ -105,6 +106,19 @@ pub(super) fn judge(
                 names(&chosen.physics),
                 100.0 * (1.0 - evidence.explained)
             ));
+        } else if let Some(unlisted) = chosen.physics.iter().find(|p| !p.catalogued()) {
+            verdict.unexplained = true;
+            verdict.confidence = sure;
+            let with = chosen.physics.iter().copied().filter(|p| p != unlisted).collect::<Vec<_>>();
+            remarks.push(match with.as_slice() {
+                [] => format!("no entry of the catalogue explains as much as {}", unlisted.said()),
+                with => format!(
+                    "no entry of the catalogue explains as much as {} with {}",
+                    unlisted.said(),
+                    names(with)
+                ),
+            });
+            remarks.extend(uneven::said(model, &chosen.fitted));
         } else {
             verdict.physics.clone_from(&chosen.physics);
             verdict.confidence = sure;
@@ -153,10 +167,12 @@ const HARDLY_SHOWS: f64 = 0.5;
 const PLAIN_SD: f64 = 4.0;
 
 /// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first. Stiffening
-/// contains large strain.
+/// contains large strain, an uneven scale an even one.
 pub(super) fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tried> {
     let within = |p: &Physics, a: &[Physics]| {
-        a.contains(p) || *p == Physics::FiniteStrain && a.contains(&Physics::StrainStiffening)
+        a.contains(p)
+            || *p == Physics::FiniteStrain && a.contains(&Physics::StrainStiffening)
+            || *p == Physics::CameraScale && a.contains(&Physics::UnevenScale)
     };
     let contains = |a: &[Physics], b: &[Physics]| b.iter().all(|p| within(p, a));
     let mut others: Vec<&Tried> = selection
@@ -223,7 +239,7 @@ const BY_THIRD: f64 = -4.0;
 
 /// Names in a row.
 fn names(physics: &[Physics]) -> String {
-    physics.iter().map(|p| p.id()).collect::<Vec<_>>().join(" and ")
+    physics.iter().map(|p| p.said()).collect::<Vec<_>>().join(" and ")
 }
 
 /// What follows for the missing thing from where the baseline misses.
@@ -312,6 +328,9 @@ impl Judged {
         let own = &selection.tried[tried];
         let gain = selection.base.cost - own.fitted.cost;
         match chosen {
+            Some(_) if own.physics.iter().any(|p| !p.catalogued()) && selection.chosen == Some(tried) => {
+                "nothing explains as much with as little, but it is in no catalogue".to_owned()
+            }
             Some(_) if selection.chosen == Some(tried) && self.verdict.unexplained => {
                 "it comes closest, but leaves too much".to_owned()
             }

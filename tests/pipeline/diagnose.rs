@@ -134,6 +134,15 @@ fn a_camera_that_was_registered_badly_is_named() {
     assert_explained(&diagnosis);
 }
 
+/// A lens that calibration missed is no entry's, though a camera that was registered badly looks much like it.
+#[test]
+fn a_lens_is_not_taken_for_a_turned_camera() {
+    let (_, diagnosis) = diagnosed(18, vec![Effect::Foreign(Foreign::LensDistortion { per_m: 2.0 })]);
+    assert!(diagnosis.mismatch.detected && diagnosis.verdict.unexplained, "{:?}", diagnosis.candidates);
+    let lens = |text: &String| text.contains("calibrate the camera's lens");
+    assert!(diagnosis.remarks.iter().any(lens), "{:?}", diagnosis.remarks);
+}
+
 /// A hum is no entry's; taken off, it leaves a recording in which nothing else is missing.
 #[test]
 fn a_hum_is_told_from_noise() {

@@ -28,6 +28,7 @@ pub(super) fn noun(physics: Physics) -> &'static str {
         Physics::CameraLag => "a late camera",
         Physics::SelfWeight => "the phantom’s weight",
         Physics::CoarseMesh => "what coarse elements get wrong",
+        Physics::UnevenScale => "a scale of the camera that differs over the picture",
     }
 }
 
@@ -36,7 +37,7 @@ pub(super) fn clause(found: &Found) -> Option<String> {
     let get = |id: &str| found.parameters.iter().find(|p| p.id == id).map(values);
     let one = |id: &str| get(id).and_then(|v| v.first().copied());
     Some(match found.physics {
-        Physics::FiniteStrain | Physics::CoarseMesh => return None,
+        Physics::FiniteStrain | Physics::CoarseMesh | Physics::UnevenScale => return None,
         Physics::StrainStiffening => match found.law {
             Some(law) => format!("by {} law, with a stiffening of {:.2}", law.whose(), one("stiffening")?),
             None => format!("with a stiffening of {:.2}", one("stiffening")?),
