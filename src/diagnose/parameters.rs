@@ -91,6 +91,24 @@ fn said(model: &Model<'_>, fitted: &Fitted, knob: Knob, value: f64, sd: f64) -> 
     }
 }
 
+/// What the gain of z, which the others are told against, may be off by itself, and the modulus with it (relative): 0 where no gains were fitted.
+pub(super) fn common_gain(model: &Model<'_>, fitted: &Fitted) -> f64 {
+    let log_gain = |axis: usize| position(model, fitted, Knob::Gain(axis)).map(|i| fitted.at[i]);
+    match (log_gain(0), log_gain(1)) {
+        (Some(x), Some(y)) => off_in_common([x, y]),
+        _ => 0.0,
+    }
+}
+
+/// Root mean square of the logarithm of the third of three gains, of which those of the first two are known against it: all are taken to scatter
+/// alike about 1, so that the third is expected at minus the mean of the three differences, with a variance of a third of theirs.
+fn off_in_common(against_third: [f64; 2]) -> f64 {
+    let [x, y] = against_third;
+    let mean = (x + y) / 3.0;
+    let variance = [x, y, 0.0].iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / 2.0;
+    mean.hypot((variance / 3.0).sqrt())
+}
+
 /// What follows from the others or was taken as given.
 fn complete(
     model: &Model<'_>,
@@ -198,6 +216,25 @@ mod tests {
         faster_first(&mut memory);
         assert_eq!(memory[0].values, values([0.2, 0.1]));
         assert_eq!(memory[1].values, values([1.0, 9.0]));
+    }
+
+    /// Where the third of three is off, both others seem to be, by as much: it is expected two thirds of that way, and is likely the whole.
+    #[test]
+    fn gains_that_seem_off_alike_are_the_third() {
+        let off = off_in_common([-0.06, -0.06]);
+        assert!((off - 0.04_f64.hypot(0.02)).abs() < 1e-12, "{off}");
+        let opposite = off_in_common([0.06, -0.06]);
+        assert!((opposite - 0.06 / 3_f64.sqrt()).abs() < 1e-12, "{opposite}");
+        assert_eq!(off_in_common([0.0, 0.0]), 0.0);
+    }
+
+    /// A softening's scale is known the worse the more is lost; a drift has no model to be wrong.
+    #[test]
+    fn what_laws_leave_out_widens() {
+        assert!((by_model(Knob::SofteningScale, 6.0, 0.1) - 0.16).abs() < 1e-12);
+        assert!((by_model(Knob::Softening, 0.1, 0.1) - 2.5e-3).abs() < 1e-12);
+        assert!((by_model(Knob::Bulk(BulkKnob::BaseGive), 2e-7, 0.0) - 6e-9).abs() < 1e-20);
+        assert_eq!(by_model(Knob::Drift(0), 1.0, 0.0), 0.0);
     }
 
     /// Of a difference of two that err alike, less than of either.

@@ -22,7 +22,7 @@ use super::left::Left;
 use super::limits::limits;
 use super::model::Model;
 use super::next_poke::{Standing, next_poke};
-use super::parameters::parameters;
+use super::parameters::{common_gain, parameters};
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend};
 use super::select::{MOST, Selection, Tried, select};
@@ -310,14 +310,15 @@ fn left(model: &Model<'_>, fitted: &Fitted) -> Result<Left, DiagnoseError> {
     Left::of(model, fitted).ok_or(DiagnoseError::Singular)
 }
 
-/// How well a fit explains the recording. The modulus carries what the elements get wrong of it.
+/// How well a fit explains the recording. The modulus carries what the elements get wrong of it, and what no ratio of gains says.
 fn reading(Explained { model, fitted }: Explained<'_>) -> Result<Reading, DiagnoseError> {
     let covariance = fitted.stated_covariance(model).ok_or(DiagnoseError::Singular)?;
     let parameters = fitted.at.len() - 2 * model.body.sites;
     let held_out = fitted.held_out(model).ok_or(DiagnoseError::Singular)?;
     let value = fitted.at[0].exp();
     let excess = (fitted.chi2() / fitted.values() as f64).max(1.0);
-    let relative = (covariance[(0, 0)] * excess + model.settled.modulus_error()?.powi(2)).sqrt();
+    let besides = model.settled.modulus_error()?.hypot(common_gain(model, fitted));
+    let relative = (covariance[(0, 0)] * excess + besides.powi(2)).sqrt();
     Ok(Reading {
         young_modulus_pa: Estimate { value, sd: value * relative },
         restraint_total_n_per_m: model.springs_n_per_m(&fitted.acting, &fitted.at),
