@@ -28,7 +28,7 @@ pub(super) enum Knob {
     Backlash,
     StageGive,
     Drift(usize),
-    /// Of one axis against z, by the logarithm.
+    /// Of one axis of the force sensor, by the logarithm.
     Gain(usize),
     Rotation(usize),
     /// Where the camera takes all markers to be, less where they are, along an axis (m).

@@ -69,7 +69,7 @@ pub(super) fn limits(model: &Model<'_>, base: &Fitted) -> Option<String> {
         if probes.iter().any(|p| p.knob == Knob::Relaxed(0)) {
             knobs.push((Knob::Time(0), RELAXES_S.ln()));
         }
-        let (acting, at) = extended(model, base, &knobs);
+        let (acting, at) = extended(model, base.place(), &knobs);
         let added = Fitted::new(model, &acting, at)?;
         let first = model.base() + base.acting.knobs.len();
         for (i, probe) in (first..).zip(probes) {

@@ -38,7 +38,7 @@ const FINER_SD: [f64; 2] = [1.0, 0.3];
 const GLUE: f64 = 1e-4;
 
 /// Parameters that effects may need besides the baseline's: a camera that stands elsewhere has six, a ball of another modulus five, a memory of
-/// two terms four, no other entry more than three, and three act at most.
+/// two terms and an uneven scale four, no other entry more than three, and three act at most.
 pub(super) const ROOM: usize = 6 + 5 + 4;
 
 /// What is taken to act: the baseline, less some of its patches, with the knobs of some effects.

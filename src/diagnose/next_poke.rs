@@ -47,9 +47,9 @@ pub(super) fn next_poke(
         Choice::Telling => format!("of {} pokes at the places so far it", all.len()),
         Choice::Random(_) => "chosen at random, it".to_owned(),
     };
-    let mut separates = chosen.0.to_vec();
+    let mut separates: Vec<Physics> = chosen.0.iter().copied().filter(|p| p.catalogued()).collect();
     for physics in rivals.iter().flat_map(|r| r.0) {
-        if !separates.contains(physics) {
+        if physics.catalogued() && !separates.contains(physics) {
             separates.push(*physics);
         }
     }

@@ -91,24 +91,6 @@ fn said(model: &Model<'_>, fitted: &Fitted, knob: Knob, value: f64, sd: f64) -> 
     }
 }
 
-/// What the gain of z, which the others are told against, may be off by itself, and the modulus with it (relative): 0 where no gains were fitted.
-pub(super) fn common_gain(model: &Model<'_>, fitted: &Fitted) -> f64 {
-    let log_gain = |axis: usize| position(model, fitted, Knob::Gain(axis)).map(|i| fitted.at[i]);
-    match (log_gain(0), log_gain(1)) {
-        (Some(x), Some(y)) => off_in_common([x, y]),
-        _ => 0.0,
-    }
-}
-
-/// Root mean square of the logarithm of the third of three gains, of which those of the first two are known against it: all are taken to scatter
-/// alike about 1, so that the third is expected at minus the mean of the three differences, with a variance of a third of theirs.
-fn off_in_common(against_third: [f64; 2]) -> f64 {
-    let [x, y] = against_third;
-    let mean = (x + y) / 3.0;
-    let variance = [x, y, 0.0].iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / 2.0;
-    mean.hypot((variance / 3.0).sqrt())
-}
-
 /// What follows from the others or was taken as given.
 fn complete(
     model: &Model<'_>,
@@ -118,10 +100,16 @@ fn complete(
     parameters: &mut Vec<Parameter>,
 ) {
     match physics {
-        // Gains are told from the modulus only as ratios: that of z is 1.
+        // Gains are told only as ratios: those that are not fitted are 1.
         Physics::ForceGain => {
             if let Some(gain) = parameters.iter_mut().find(|p| p.id == "gain") {
-                gain.values.push(Estimate { value: 1.0, sd: 0.0 });
+                let axes = fitted.acting.knobs.iter().filter_map(|knob| match knob {
+                    Knob::Gain(axis) => Some(*axis),
+                    _ => None,
+                });
+                let mut all = vec![Estimate { value: 1.0, sd: 0.0 }; 3];
+                axes.zip(&gain.values).for_each(|(axis, own)| all[axis] = *own);
+                gain.values = all;
             }
         }
         Physics::SlackBand => {
@@ -190,7 +178,7 @@ fn faster_first(parameters: &mut [Parameter]) {
 }
 
 /// Index of the parameter that a knob is.
-fn position(model: &Model<'_>, fitted: &Fitted, knob: Knob) -> Option<usize> {
+pub(super) fn position(model: &Model<'_>, fitted: &Fitted, knob: Knob) -> Option<usize> {
     Some(model.base() + fitted.acting.knobs.iter().position(|k| *k == knob)?)
 }
 
@@ -216,16 +204,6 @@ mod tests {
         faster_first(&mut memory);
         assert_eq!(memory[0].values, values([0.2, 0.1]));
         assert_eq!(memory[1].values, values([1.0, 9.0]));
-    }
-
-    /// Where the third of three is off, both others seem to be, by as much: it is expected two thirds of that way, and is likely the whole.
-    #[test]
-    fn gains_that_seem_off_alike_are_the_third() {
-        let off = off_in_common([-0.06, -0.06]);
-        assert!((off - 0.04_f64.hypot(0.02)).abs() < 1e-12, "{off}");
-        let opposite = off_in_common([0.06, -0.06]);
-        assert!((opposite - 0.06 / 3_f64.sqrt()).abs() < 1e-12, "{opposite}");
-        assert_eq!(off_in_common([0.0, 0.0]), 0.0);
     }
 
     /// A softening's scale is known the worse the more is lost; a drift has no model to be wrong.

@@ -17,11 +17,11 @@ macro_rules! catalogue {
             /// All entries, in the catalogue's order.
             pub const ALL: &'static [Self] = &[$(Self::$name,)*];
 
-            /// Id of the catalogue, or else `unexplained`.
+            /// Id of the catalogue, or one of its own for what is not listed there.
             pub fn id(self) -> &'static str {
                 match self {
                     $(Self::$name => $id,)*
-                    Self::UnevenScale => "unexplained",
+                    Self::UnevenScale => "uneven-scale",
                 }
             }
 

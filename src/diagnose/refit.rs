@@ -90,6 +90,11 @@ impl Fitted {
         (all, weight)
     }
 
+    /// What acts, and the parameters.
+    pub(super) fn place(&self) -> (&Acting, &DVector<f64>) {
+        (&self.acting, &self.at)
+    }
+
     /// Sum of the residuals of each component of each marker over all frames (m), and what share of such sums its rest position's error takes off.
     pub(super) fn staying(&self, model: &Model<'_>) -> (DVector<f64>, DVector<f64>) {
         let (all, weight) = self.offsets(model, None);

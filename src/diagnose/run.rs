@@ -16,13 +16,14 @@ use super::diagnosis::{
     Candidate, Diagnosis, Estimate, Mismatch, NextPoke, Progress, Reading, Settings, Verdict,
 };
 use super::error::DiagnoseError;
+use super::gains::{common_gain, with_its_gains};
 use super::hum::{hums, tell, without};
 use super::law::with_its_law;
 use super::left::Left;
 use super::limits::limits;
 use super::model::Model;
 use super::next_poke::{Standing, next_poke};
-use super::parameters::{common_gain, parameters};
+use super::parameters::parameters;
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend};
 use super::select::{MOST, Selection, Tried, select};
@@ -178,11 +179,12 @@ impl Run<'_> {
         mut selection: Selection,
         plain: Option<Explained<'_>>,
     ) -> Result<Diagnosis, DiagnoseError> {
-        let mut of_law = None;
+        let (mut of_law, mut of_gains) = (None, None);
         let Explained { model: of, fitted } = plain.unwrap_or(Explained { model, fitted: &selection.base });
         let before = left(of, fitted)?;
         if let Some(tried) = selection.chosen.map(|i| &mut selection.tried[i]) {
             (tried.fitted, of_law) = with_its_law(model, tried.fitted.clone());
+            (tried.fitted, of_gains) = with_its_gains(model, tried.fitted.clone());
             let so_far = Beyond::noise(&left(model, &tried.fitted)?);
             if Beyond::noise(&before).explained(&so_far) > WORTH_RESOLVING {
                 tried.fitted = resolved(model, tried.fitted.clone(), self.progress)?;
@@ -195,7 +197,9 @@ impl Run<'_> {
         let mut judged =
             judge(model, &selection, plain.fitted.cost, &before, &after, self.settings.false_alarm);
         judged.doubt_stiffening(model, chosen);
-        judged.remarks.extend(of_law.filter(|_| !judged.verdict.physics.is_empty()));
+        if !judged.verdict.physics.is_empty() {
+            judged.remarks.extend(of_law.into_iter().chain(of_gains));
+        }
         judged.remarks.extend(limits(plain.model, plain.fitted));
         // What is not blamed does not extend the baseline either.
         let extended = match judged.verdict.physics.is_empty() {
@@ -280,7 +284,7 @@ const CLOSE_ENOUGH: f64 = 0.3;
 /// not settled.
 fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Settings) -> Option<NextPoke> {
     let Verdict { ambiguous_with, unexplained, confidence, .. } = &judged.verdict;
-    if ambiguous_with.is_empty() && !unexplained && *confidence >= settings.enough {
+    if ambiguous_with.is_empty() && (!unexplained || judged.unlisted) && *confidence >= settings.enough {
         return None;
     }
     let closest = || selection.tried.iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));

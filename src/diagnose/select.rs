@@ -66,6 +66,8 @@ const PROMISING: f64 = 0.15;
 /// Those of which more is asked than they promise are refitted if they promise this share of the best that earns what is asked of it: whatever
 /// explains as much casts doubt on it.
 const RIVAL: f64 = 0.5;
+/// At most so many of them.
+const RIVALS: usize = 2;
 
 /// Most effects at once.
 pub(super) const MOST: usize = 3;
@@ -140,7 +142,7 @@ pub(super) fn select(
             Some(tried) => (tried.fitted.clone(), tried.physics.clone()),
             None => (selection.base.clone(), Vec::new()),
         };
-        // Where the means show nothing any more, what else acts may still hide in the modulus. It must promise all that is asked.
+        // Where the means show nothing any more, what else acts may still hide in the modulus. It must promise all that is asked, or rival what does.
         let quiet = !physics.is_empty() && selection.leaves_nothing(model)?;
         let promise = if quiet { 1.0 } else { 0.5 };
         let screened = screen(model, &current, &physics);
@@ -149,16 +151,11 @@ pub(super) fn select(
         }
         let share = LEAST_SHARE * (selection.base.cost - current.cost);
         let least = |base: &Fitted, physics: Physics| least(model, base, physics).max(share);
-        let best_gain = screened.first().map_or(0.0, |s| s.gain);
-        let earns = |s: &&Screened| s.gain > promise * least(&selection.base, s.start.physics);
-        // What gains as much without earning what is asked of it is a rival all the same.
-        let rival = screened.iter().find(earns).map_or(f64::INFINITY, |best| RIVAL * best.gain);
-        let promising = |s: &&Screened| s.gain > PROMISING * best_gain && (earns(s) || s.gain > rival);
-        let worth: Vec<&Screened> = screened.iter().filter(promising).collect();
-        let contenders = best_of_each(&worth, BEST);
-        progress(physics.len(), contenders.len());
+        let Contenders { entries, rivals_from } =
+            contenders(&screened, |s| s.gain > promise * least(&selection.base, s.start.physics));
+        progress(physics.len(), entries.len());
         let mut refitted =
-            contend(model, &current, &physics, &contenders, &|added| least(&selection.base, added));
+            contend(model, &current, &physics, &entries, &|added| least(&selection.base, added), rivals_from);
         refitted.sort_by(|a, b| a.fitted.criterion(model).total_cmp(&b.fitted.criterion(model)));
         // What a contender gains by carrying the fit before it to a better place is not its own.
         if let Some(better) = refitted.first().and_then(|best| without_its_last(model, &current, best)) {
@@ -171,16 +168,16 @@ pub(super) fn select(
         let held_out_before = current.held_out(model).map(|h| h.iter().sum::<f64>());
         let plain = PLAIN_SHARE * (selection.base.cost - current.cost);
         let gains: Vec<f64> = refitted.iter().map(|tried| current.cost - tried.fitted.cost).collect();
+        let earns = |i: usize| {
+            refitted[i].physics.last().is_some_and(|added| gains[i] >= least(&selection.base, *added))
+        };
         let stands_out = |i: usize| {
-            let rivals = gains.iter().enumerate().filter(|(j, _)| *j != i);
+            let rivals = gains.iter().enumerate().filter(|(j, _)| *j != i && earns(*j));
             gains[i] >= plain
                 || rivals.fold(0.0, |most: f64, (_, gain)| most.max(*gain)) <= STANDS_OUT * gains[i]
         };
         let best = (0..refitted.len()).find(|&i| {
-            let tried = &refitted[i];
-            tried.physics.last().is_some_and(|physics| gains[i] >= least(&selection.base, *physics))
-                && stands_out(i)
-                && believed(model, &tried.fitted, held_out_before, current.chi2())
+            earns(i) && stands_out(i) && believed(model, &refitted[i].fitted, held_out_before, current.chi2())
         });
         let known = selection.tried.len();
         selection.tried.extend(refitted);
@@ -213,25 +210,26 @@ struct Beaten {
 }
 
 /// Refits contenders: first those that leave the body as it is, of either kind the most promising first. They go on while
-/// they might come close to the best so far, or, while that is not to be believed itself, gain `enough`.
+/// they might come close to the best so far, or, while that is not to be believed itself, gain `enough`, or as much as makes a rival.
 fn contend(
     model: &Model<'_>,
     current: &Fitted,
     physics: &[Physics],
     contenders: &[Vec<&Screened>],
     enough: &(impl Fn(Physics) -> f64 + Sync),
+    rivals_from: f64,
 ) -> Vec<Tried> {
     let hopeless = |to_beat: f64| to_beat + 2.0 * alike(current.cost - to_beat);
     let refit = |starts: &[&Screened], beaten_by: Option<Beaten>| -> Option<Tried> {
         let added = starts.first()?.start.physics;
         let mut best: Option<Fitted> = None;
         for screened in starts {
-            let (mut acting, at) = extended(model, current, &screened.start.knobs);
+            let (mut acting, at) = extended(model, current.place(), &screened.start.knobs);
             acting.fine |= LARGE.contains(&added);
             let own = best.as_ref().map_or(f64::INFINITY, |b| b.cost);
             let hopeless = match beaten_by {
                 Some(Beaten { cost, believed: true }) => hopeless(own.min(cost)),
-                _ => hopeless(own).min(current.cost - enough(added)),
+                _ => hopeless(own).min(current.cost - enough(added).min(rivals_from)),
             };
             let effort = Effort { at_rest: CONTENDED, optimism: FROM_FAR, hopeless, ..IN_FULL };
             let Some(fitted) = descend(model, &acting, at, effort) else { continue };
@@ -250,9 +248,13 @@ fn contend(
     let mut tried: Vec<Tried> = Vec::new();
     for contenders in [cheap, dear] {
         let lowest = |tried: &[Tried]| {
-            let lowest = tried.iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost))?;
-            let (cost, added) = (lowest.fitted.cost, lowest.physics.last()?);
-            Some(Beaten { cost, believed: current.cost - cost >= enough(*added) })
+            let beaten = |tried: &Tried| {
+                let cost = tried.fitted.cost;
+                Some(Beaten { cost, believed: current.cost - cost >= enough(*tried.physics.last()?) })
+            };
+            // The best that is believed, if there is one.
+            let order = |a: &Beaten, b: &Beaten| b.believed.cmp(&a.believed).then(a.cost.total_cmp(&b.cost));
+            tried.iter().filter_map(beaten).min_by(order)
         };
         let beaten_by = lowest(&tried);
         // Laws that are not linear are dear before their first step: those that a look puts far behind are left out.
@@ -297,30 +299,38 @@ pub(super) fn least(model: &Model<'_>, base: &Fitted, physics: Physics) -> f64 {
 /// Less than this, in standard deviations, is no more than noise leaves.
 const NOTHING_SD: f64 = 2.0;
 
-/// Takes effects away that the others make superfluous.
+/// Takes effects away that the others make superfluous. A camera's scale that stood in for what was found after it must go on earning all that is
+/// asked of it.
 fn thin(model: &Model<'_>, selection: &mut Selection) {
     loop {
         let Some(chosen) = selection.chosen.map(|i| selection.tried[i].clone()) else { return };
         if chosen.physics.len() < 2 {
             return;
         }
-        let least = LEAST_GAIN.max(LEAST_SHARE * (selection.base.cost - chosen.fitted.cost));
-        let fewer: Vec<Tried> = chosen
+        let share = LEAST_SHARE * (selection.base.cost - chosen.fitted.cost);
+        let needed = |gone: Physics| {
+            let stands_in = matches!(gone, Physics::CameraScale | Physics::UnevenScale);
+            if stands_in { least(model, &selection.base, gone).max(share) } else { LEAST_GAIN.max(share) }
+        };
+        let fewer: Vec<(Tried, f64)> = chosen
             .physics
             .par_iter()
             .filter_map(|&gone| {
                 let (acting, at) = reduced(model, &chosen.fitted, |knob| knob.physics() != gone);
-                let hopeless = chosen.fitted.cost + least;
+                let needed = needed(gone);
+                let hopeless = chosen.fitted.cost + needed;
                 let effort = Effort { optimism: FROM_CLOSE, hopeless, ..IN_FULL };
                 let fitted = descend(model, &acting, at, effort)?;
                 let physics = chosen.physics.iter().copied().filter(|p| *p != gone).collect();
-                Some(Tried { physics, fitted })
+                Some((Tried { physics, fitted }, needed))
             })
-            .chain(plainer(model, &chosen, least))
+            .chain(plainer(model, &chosen, LEAST_GAIN.max(share)))
+            .filter(|(tried, needed)| tried.fitted.cost - chosen.fitted.cost < *needed)
             .collect();
-        let best = fewer.into_iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
-        match best {
-            Some(best) if best.fitted.cost - chosen.fitted.cost < least => {
+        // What is needed least beside what is asked of it goes first.
+        let share_needed = |(tried, needed): &(Tried, f64)| (tried.fitted.cost - chosen.fitted.cost) / needed;
+        match fewer.into_iter().min_by(|a, b| share_needed(a).total_cmp(&share_needed(b))) {
+            Some((best, _)) => {
                 selection.tried.push(best);
                 selection.chosen = Some(selection.tried.len() - 1);
             }
@@ -329,25 +339,25 @@ fn thin(model: &Model<'_>, selection: &mut Selection) {
     }
 }
 
-/// A reading with less in the place of an effect that contains it: large strain for stiffening, an even scale for an uneven one.
-fn plainer(model: &Model<'_>, chosen: &Tried, least: f64) -> Option<Tried> {
-    let has = |physics: Physics| chosen.physics.contains(&physics);
-    let (gone, plain, knobs) = if has(Physics::StrainStiffening) {
-        (Physics::StrainStiffening, Physics::FiniteStrain, vec![(Knob::FiniteStrain, 1.0)])
-    } else if has(Physics::UnevenScale) && !has(Physics::CameraScale) {
-        let scale = vec![(Knob::Scale, 1.0), (Knob::DepthGain, 1.0)];
-        (Physics::UnevenScale, Physics::CameraScale, scale)
-    } else {
-        return None;
+/// Readings with less in the place of an effect that contains it, and what that may cost: large strain for stiffening, an even scale for an
+/// uneven one.
+fn plainer(model: &Model<'_>, chosen: &Tried, least: f64) -> Vec<(Tried, f64)> {
+    let scale = vec![(Knob::Scale, 1.0), (Knob::DepthGain, 1.0)];
+    let all = [
+        (Physics::StrainStiffening, Physics::FiniteStrain, vec![(Knob::FiniteStrain, 1.0)]),
+        (Physics::UnevenScale, Physics::CameraScale, scale),
+    ];
+    let instead = |(gone, plain, knobs): (Physics, Physics, Vec<(Knob, f64)>)| {
+        chosen.physics.contains(&gone).then_some(())?;
+        let (acting, at) = reduced(model, &chosen.fitted, |knob| knob.physics() != gone);
+        let (acting, at) = extended(model, (&acting, &at), &knobs);
+        ready(model, &knobs, true);
+        let effort = Effort { optimism: FROM_CLOSE, hopeless: chosen.fitted.cost + least, ..IN_FULL };
+        let fitted = descend(model, &acting, at, effort)?;
+        let physics = chosen.physics.iter().map(|p| if *p == gone { plain } else { *p }).collect();
+        Some((Tried { physics, fitted }, least))
     };
-    let (acting, at) = reduced(model, &chosen.fitted, |knob| knob.physics() != gone);
-    let without = Fitted { acting, at, ..chosen.fitted.clone() };
-    let (acting, at) = extended(model, &without, &knobs);
-    ready(model, &knobs, true);
-    let effort = Effort { optimism: FROM_CLOSE, hopeless: chosen.fitted.cost + least, ..IN_FULL };
-    let fitted = descend(model, &acting, at, effort)?;
-    let physics = chosen.physics.iter().map(|p| if *p == gone { plain } else { *p }).collect();
-    Some(Tried { physics, fitted })
+    all.into_iter().filter_map(instead).collect()
 }
 
 /// The fit without the patches that it no longer needs.
@@ -378,7 +388,7 @@ fn screen(model: &Model<'_>, current: &Fitted, physics: &[Physics]) -> Vec<Scree
             if let Some(gain) = start.gain {
                 return Some(Screened { start, gain });
             }
-            let (acting, at) = extended(model, current, &start.knobs);
+            let (acting, at) = extended(model, current.place(), &start.knobs);
             let begun = Fitted::new(model, &acting, at)?;
             // What starts from the baseline itself is judged there.
             let neutral = (begun.cost - current.cost).abs() < 1e-9 * current.cost;
@@ -389,6 +399,29 @@ fn screen(model: &Model<'_>, current: &Fitted, physics: &[Physics]) -> Vec<Scree
         .collect();
     screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     screened
+}
+
+/// What is refitted in a round.
+struct Contenders<'a> {
+    /// For every entry its starts: those first that earn what is asked of them.
+    entries: Vec<Vec<&'a Screened>>,
+    /// A gain from which on others are rivals.
+    rivals_from: f64,
+}
+
+/// Of entries in the order of their gain the best that earn what is asked of them, and rivals: those that gain as much without earning it.
+fn contenders(screened: &[Screened], earns: impl Fn(&Screened) -> bool) -> Contenders<'_> {
+    let most = screened.first().map_or(0.0, |s| s.gain);
+    let promising = || screened.iter().filter(|s| s.gain > PROMISING * most);
+    let (earning, others): (Vec<&Screened>, Vec<&Screened>) = promising().partition(|s| earns(s));
+    let rivals_from = earning.first().map_or(f64::INFINITY, |best| RIVAL * best.gain);
+    let mut entries = best_of_each(&earning, BEST);
+    // Another start of an entry that earns it is no rival.
+    let earned: Vec<Physics> = entries.iter().map(|starts| starts[0].start.physics).collect();
+    let rival = |s: &&Screened| s.gain > rivals_from && !earned.contains(&s.start.physics);
+    let rivals: Vec<&Screened> = others.into_iter().filter(rival).collect();
+    entries.extend(best_of_each(&rivals, RIVALS));
+    Contenders { entries, rivals_from }
 }
 
 /// The best start of the best few entries, and a second one that promises a good part of it.
@@ -411,11 +444,15 @@ fn best_of_each<'a>(sorted: &[&'a Screened], entries: usize) -> Vec<Vec<&'a Scre
 const SECOND: f64 = 0.3;
 
 /// A fit with more knobs, where it would begin.
-pub(super) fn extended(model: &Model<'_>, current: &Fitted, knobs: &[(Knob, f64)]) -> (Acting, DVector<f64>) {
-    let mut acting = current.acting.clone();
+pub(super) fn extended(
+    model: &Model<'_>,
+    (acting, at): (&Acting, &DVector<f64>),
+    knobs: &[(Knob, f64)],
+) -> (Acting, DVector<f64>) {
+    let here = model.base() + acting.knobs.len();
+    let mut acting = acting.clone();
     acting.knobs.extend(knobs.iter().map(|k| k.0));
-    let here = model.base() + current.acting.knobs.len();
-    let mut values: Vec<f64> = current.at.iter().copied().collect();
+    let mut values: Vec<f64> = at.iter().copied().collect();
     values.splice(here..here, knobs.iter().map(|k| k.1));
     (acting, DVector::from_vec(values))
 }
@@ -433,4 +470,45 @@ pub(super) fn reduced(
     let of_knob = |i: usize| i.checked_sub(model.base()).and_then(|k| kept.get(k)).copied().unwrap_or(true);
     let values: Vec<f64> = (0..current.at.len()).filter(|&i| of_knob(i)).map(|i| current.at[i]).collect();
     (acting, DVector::from_vec(values))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn screened(physics: Physics, gain: f64) -> Screened {
+        Screened { start: Start { physics, knobs: Vec::new(), gain: None }, gain }
+    }
+
+    /// However many gain more without earning it, what earns it is refitted, and the two that gain most beside it; what gains less than half of it
+    /// is no rival.
+    #[test]
+    fn rivals_do_not_crowd_out_what_earns_its_place() {
+        let more = [
+            Physics::Inclusion,
+            Physics::Anisotropy,
+            Physics::CameraMisalignment,
+            Physics::UnevenScale,
+            Physics::SelfWeight,
+        ];
+        let mut all: Vec<Screened> = more
+            .iter()
+            .zip([400.0, 350.0, 320.0, 300.0, 280.0])
+            .map(|(p, gain)| screened(*p, gain))
+            .collect();
+        all.push(screened(Physics::StageBacklash, 150.0));
+        all.push(screened(Physics::TipSlip, 70.0));
+        let of = |physics: Physics| {
+            let found = contenders(&all, |s| s.start.physics == physics);
+            let names: Vec<Physics> = found.entries.iter().map(|e| e[0].start.physics).collect();
+            (names, found.rivals_from)
+        };
+        let expected = vec![Physics::StageBacklash, Physics::Inclusion, Physics::Anisotropy];
+        assert_eq!(of(Physics::StageBacklash), (expected, 75.0));
+        assert_eq!(
+            of(Physics::Inclusion),
+            (vec![Physics::Inclusion, Physics::Anisotropy, Physics::CameraMisalignment], 200.0)
+        );
+        assert_eq!(of(Physics::Drying), (Vec::new(), f64::INFINITY));
+    }
 }

@@ -61,7 +61,10 @@ pub(super) fn starts(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
     add(Physics::ForceGain, (0..2).map(|axis| (Knob::Gain(axis), 0.0)).collect());
     let stands = (0..3).map(Knob::Rotation).chain((0..3).map(Knob::Translation));
     add(Physics::CameraMisalignment, stands.map(|knob| (knob, 0.0)).collect());
-    add(Physics::CameraScale, vec![(Knob::Scale, 1.0), (Knob::DepthGain, 1.0)]);
+    // Beside an uneven scale it would say the same twice.
+    if !current.acting.knobs.iter().any(|knob| knob.physics() == Physics::UnevenScale) {
+        add(Physics::CameraScale, vec![(Knob::Scale, 1.0), (Knob::DepthGain, 1.0)]);
+    }
     // Beside another effect it would take up what that one's model gets wrong.
     if current.acting.knobs.is_empty() {
         add(Physics::UnevenScale, uneven::KNOBS.to_vec());

@@ -37,7 +37,7 @@ fn with_a_second(model: &Model<'_>, fitted: Fitted, [share, time]: Of) -> Fitted
     let effort = Effort { optimism: FROM_FAR, hopeless, ..IN_FULL };
     let with = |by: f64| {
         let term = [(share(1), SHARE), (time(1), log_time + by)];
-        let (acting, at) = extended(model, &fitted, &term);
+        let (acting, at) = extended(model, fitted.place(), &term);
         descend(model, &acting, at, effort)
     };
     let (slower, faster) = rayon::join(|| with(APART.ln()), || with(-APART.ln()));

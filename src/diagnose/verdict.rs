@@ -24,6 +24,8 @@ pub(super) struct Judged {
     pub properties: Vec<String>,
     /// What the recording cannot tell.
     pub remarks: Vec<String>,
+    /// Whether it is explained, but by what is no entry of the catalogue.
+    pub unlisted: bool,
 }
 
 /// Readings whose sums of squares differ by less than this, or by this share of the gain, are not told apart.
@@ -72,6 +74,7 @@ pub(super) fn judge(
         evidence: None,
     };
     let mut remarks = model.remarks();
+    let mut in_no_catalogue = false;
     if let Some(chosen) = chosen {
         let others = others(selection, chosen);
         let lacks = |other: &Tried| other.fitted.cost - chosen.fitted.cost;
@@ -106,37 +109,38 @@ pub(super) fn judge(
                 names(&chosen.physics),
                 100.0 * (1.0 - evidence.explained)
             ));
-        } else if let Some(unlisted) = chosen.physics.iter().find(|p| !p.catalogued()) {
-            verdict.unexplained = true;
-            verdict.confidence = sure;
-            let with = chosen.physics.iter().copied().filter(|p| p != unlisted).collect::<Vec<_>>();
-            remarks.push(match with.as_slice() {
-                [] => format!("no entry of the catalogue explains as much as {}", unlisted.said()),
-                with => format!(
-                    "no entry of the catalogue explains as much as {} with {}",
-                    unlisted.said(),
-                    names(with)
-                ),
-            });
-            remarks.extend(uneven::said(model, &chosen.fitted));
         } else {
-            verdict.physics.clone_from(&chosen.physics);
-            verdict.confidence = sure;
+            let mut as_well: Vec<Physics> = Vec::new();
             for other in others.iter().filter(|o| lacks(o) < alike(own_gain(selection, plain, chosen, o))) {
                 for &physics in other.physics.iter().filter(|p| !chosen.physics.contains(p)) {
-                    if !verdict.ambiguous_with.contains(&physics) {
-                        verdict.ambiguous_with.push(physics);
+                    if !as_well.contains(&physics) {
+                        as_well.push(physics);
                     }
                 }
             }
-            if !verdict.ambiguous_with.is_empty() {
+            if !as_well.is_empty() {
                 remarks.push(format!(
                     "the recording cannot tell {} from {}",
                     names(&chosen.physics),
-                    names(&verdict.ambiguous_with)
+                    names(&as_well)
                 ));
             }
+            in_no_catalogue = chosen.physics.iter().any(|p| !p.catalogued());
+            if in_no_catalogue && as_well.is_empty() {
+                remarks.push(format!(
+                    "no entry of the catalogue explains as much as {}",
+                    names(&chosen.physics)
+                ));
+            }
+            if in_no_catalogue {
+                verdict.unexplained = true;
+            } else {
+                verdict.physics.clone_from(&chosen.physics);
+            }
+            verdict.confidence = sure;
+            verdict.ambiguous_with = as_well.into_iter().filter(|p| p.catalogued()).collect();
         }
+        remarks.extend(uneven::said(model, &chosen.fitted).filter(|_| verdict.unexplained));
     } else if detected {
         verdict.unexplained = true;
         verdict.confidence = unlisted(&before_noise);
@@ -150,7 +154,7 @@ pub(super) fn judge(
         remarks.push("the fit had not come to rest after its last step; its values may be off".to_owned());
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
-    Judged { detected, p_value, verdict, properties, remarks }
+    Judged { detected, p_value, verdict, properties, remarks, unlisted: in_no_catalogue }
 }
 
 /// Confidence that nothing is left out, where nothing is called: where what the baseline leaves is less than half of all noise leaves (of
@@ -167,12 +171,10 @@ const HARDLY_SHOWS: f64 = 0.5;
 const PLAIN_SD: f64 = 4.0;
 
 /// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first. Stiffening
-/// contains large strain, an uneven scale an even one.
+/// contains large strain.
 pub(super) fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tried> {
     let within = |p: &Physics, a: &[Physics]| {
-        a.contains(p)
-            || *p == Physics::FiniteStrain && a.contains(&Physics::StrainStiffening)
-            || *p == Physics::CameraScale && a.contains(&Physics::UnevenScale)
+        a.contains(p) || *p == Physics::FiniteStrain && a.contains(&Physics::StrainStiffening)
     };
     let contains = |a: &[Physics], b: &[Physics]| b.iter().all(|p| within(p, a));
     let mut others: Vec<&Tried> = selection
@@ -328,7 +330,7 @@ impl Judged {
         let own = &selection.tried[tried];
         let gain = selection.base.cost - own.fitted.cost;
         match chosen {
-            Some(_) if own.physics.iter().any(|p| !p.catalogued()) && selection.chosen == Some(tried) => {
+            Some(_) if selection.chosen == Some(tried) && self.unlisted => {
                 "nothing explains as much with as little, but it is in no catalogue".to_owned()
             }
             Some(_) if selection.chosen == Some(tried) && self.verdict.unexplained => {
