@@ -72,6 +72,9 @@ fn repeat(seed: u64) -> Result<Row, Box<dyn Error>> {
     })
 }
 
+/// Half the width of a 90 % interval, in standard deviations.
+const Z90: f64 = 1.645;
+
 fn main() -> Result<(), Box<dyn Error>> {
     let argument = |name: &str| std::env::args().skip_while(|a| a != name).nth(1);
     let number = |name: &str, default: u64| argument(name).map_or(Ok(default), |v| v.parse());
@@ -97,13 +100,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     let error = |r: &Row| r.value_pa / r.truth_pa - 1.0;
     let mean = rows.iter().map(error).sum::<f64>() / n;
     let rms = (rows.iter().map(|r| error(r).powi(2)).sum::<f64>() / n).sqrt();
+    let right = |r: &Row| r.true_patches == r.patches && r.true_glued == r.glued;
+    let sprung: Vec<&Row> = rows.iter().filter(|r| right(r) && r.true_total_n_per_m > 0.0).collect();
+    let within = |r: &&&Row| (r.total_n_per_m - r.true_total_n_per_m).abs() <= Z90 * r.total_sd_n_per_m;
     println!(
         "{n} repeats, {failed} without a fit: the 90 % interval covers {:.1} %; modulus off by {:.3} % in the mean, \
-         {:.3} % rms; right number of patches in {:.1} %",
+         {:.3} % rms; right number of patches in {:.1} %; of {} of them with springs that of the total covers {}",
         share(&|r| (r.low_pa..=r.high_pa).contains(&r.truth_pa)),
         100.0 * mean,
         100.0 * rms,
-        share(&|r| r.true_patches == r.patches && r.true_glued == r.glued),
+        share(&right),
+        sprung.len(),
+        sprung.iter().filter(within).count(),
     );
     Ok(())
 }

@@ -89,14 +89,18 @@ impl Effects {
 
     /// Whether the camera's scale differs over the picture, or may.
     pub(super) fn scale_uneven(&self) -> bool {
-        self.uneven.iter().any(|x| x.re != 0.0 || x.eps.0.is_some())
+        self.uneven.iter().any(|x| differs(x, 0.0))
     }
 
-    /// Whether what the camera shows differs from what moves, or may.
+    /// Whether the camera turns or scales all displacements alike, or may.
     pub(super) fn camera_acts(&self) -> bool {
-        let differs = |x: &Dual, from: f64| x.re != from || x.eps.0.is_some();
         self.rotation_rad.iter().any(|x| differs(x, 0.0))
             || differs(&self.scale, 1.0)
             || differs(&self.depth_gain, 1.0)
     }
+}
+
+/// Whether a value is another than `from`, or may become one.
+fn differs(x: &Dual, from: f64) -> bool {
+    x.re != from || x.eps.0.is_some()
 }

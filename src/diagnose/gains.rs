@@ -6,8 +6,8 @@
 use super::knob::Knob;
 use super::model::Model;
 use super::parameters::position;
-use super::refit::{Effort, Fitted, IN_FULL, descend};
-use super::select::{extended, reduced};
+use super::refit::{Effort, End, Fitted, IN_FULL, descend};
+use super::select::{FROM_CLOSE, extended, reduced};
 use rayon::prelude::*;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -16,20 +16,18 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// times.
 const ALIKE: f64 = 10.0;
 
-/// What a descent may gain over the promise of its next step.
-const FROM_CLOSE: f64 = 1.5;
-
 /// A reading with gains, by that of one axis alone where just one axis explains as much; and what to say of it. Any other reading as it is.
 pub(super) fn with_its_gains(model: &Model<'_>, fitted: Fitted) -> (Fitted, Option<String>) {
     let Some([x, y]) = against_z(model, &fitted) else { return (fitted, None) };
     let each = [(0, x), (1, y), (2, -0.5 * (x + y))];
+    // What ran out of steps may explain as much still.
     let mut alone: Vec<(usize, Fitted)> = each
         .into_par_iter()
         .filter_map(|(axis, gain)| Some((axis, with_one(model, &fitted, axis, gain)?)))
-        .filter(|(_, one)| one.cost - fitted.cost < ALIKE)
+        .filter(|(_, one)| one.end != End::GivenUp)
         .collect();
     match alone.pop() {
-        Some((axis, one)) if alone.is_empty() => {
+        Some((axis, one)) if alone.is_empty() && one.end == End::AtRest => {
             let said = format!(
                 "pokes tell gains of the force sensor as ratios only: {} alone is taken to read wrong, which explains as much as two axes do",
                 AXES[axis]

@@ -118,7 +118,6 @@ impl Knob {
                 | Self::Gain(_)
                 | Self::Rotation(_)
                 | Self::Translation(_)
-                | Self::Uneven(_)
                 | Self::Gravity(_)
                 | Self::GravityUnderTip(_)
         )

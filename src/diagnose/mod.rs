@@ -7,7 +7,7 @@
 //! | file | question |
 //! | --- | --- |
 //! | `run` | which steps lead to a diagnosis |
-//! | `select`, `starts`, `scan` | which effects act: a look at every entry, refits of the best, one by one |
+//! | `select`, `screen`, `thin`, `starts`, `scan` | which effects act: a look at every entry, refits of the best, one by one |
 //! | `terms`, `law`, `gains` | which form of an effect acts: how many terms, which law, which axes |
 //! | `model`, `rows`, `sums`, `refit` | what a reading of the recording predicts, and its best parameters |
 //! | `march`, `memory`, `tip_path`, `camera`, `registration`, `uneven` | what the phantom, its restraint, the stage and the camera do in time |
@@ -55,11 +55,13 @@ mod rest;
 mod rows;
 mod run;
 mod scan;
+mod screen;
 mod select;
 mod spread;
 mod starts;
 mod sums;
 mod terms;
+mod thin;
 mod tip_path;
 mod track;
 mod undecided;

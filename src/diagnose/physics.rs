@@ -1,4 +1,4 @@
-//! What a baseline fit may leave out: the entries of the physics catalogue.
+//! What a baseline fit may leave out: the entries of the physics catalogue, and what is looked for beside them.
 
 use std::fmt;
 
@@ -84,7 +84,7 @@ catalogue! {
 
 impl Physics {
     /// Whether it is an entry of the catalogue.
-    pub fn catalogued(self) -> bool {
+    pub(super) fn catalogued(self) -> bool {
         self != Self::UnevenScale
     }
 

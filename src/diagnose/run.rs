@@ -284,7 +284,8 @@ const CLOSE_ENOUGH: f64 = 0.3;
 /// not settled.
 fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Settings) -> Option<NextPoke> {
     let Verdict { ambiguous_with, unexplained, confidence, .. } = &judged.verdict;
-    if ambiguous_with.is_empty() && (!unexplained || judged.unlisted) && *confidence >= settings.enough {
+    if ambiguous_with.is_empty() && (!unexplained || judged.in_no_catalogue) && *confidence >= settings.enough
+    {
         return None;
     }
     let closest = || selection.tried.iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));

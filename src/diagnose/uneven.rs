@@ -11,6 +11,7 @@ use super::dual::{Dual, gradient};
 use super::effects::Effects;
 use super::knob::Knob;
 use super::model::Model;
+use super::parameters::position;
 use super::refit::Fitted;
 use super::track::Frame;
 use crate::geometry::Vec3;
@@ -41,11 +42,7 @@ pub(super) const KNOBS: [(Knob, f64); KINDS] = [
 
 /// How the scale of a reading differs over the picture.
 pub(super) fn said(model: &Model<'_>, fitted: &Fitted) -> Option<String> {
-    let of = |knob: Knob| {
-        let index = fitted.acting.knobs.iter().position(|k| *k == knob)?;
-        Some(100.0 * fitted.at[model.base() + index])
-    };
-    let [_, x, y, radially] = KNOBS.map(|(knob, _)| of(knob));
+    let [_, x, y, radially] = KNOBS.map(|(knob, _)| Some(100.0 * fitted.at[position(model, fitted, knob)?]));
     Some(format!(
         "from the middle of the markers to {:.0} mm off it the scale across the picture changes by {:+.1} % along x, {:+.1} % along y \
          and {:+.1} % in all directions: calibrate the camera's lens and frame again",

@@ -25,7 +25,7 @@ pub(super) struct Judged {
     /// What the recording cannot tell.
     pub remarks: Vec<String>,
     /// Whether it is explained, but by what is no entry of the catalogue.
-    pub unlisted: bool,
+    pub in_no_catalogue: bool,
 }
 
 /// Readings whose sums of squares differ by less than this, or by this share of the gain, are not told apart.
@@ -126,17 +126,15 @@ pub(super) fn judge(
                 ));
             }
             in_no_catalogue = chosen.physics.iter().any(|p| !p.catalogued());
-            if in_no_catalogue && as_well.is_empty() {
+            if !in_no_catalogue {
+                verdict.physics.clone_from(&chosen.physics);
+            } else if as_well.is_empty() {
                 remarks.push(format!(
                     "no entry of the catalogue explains as much as {}",
                     names(&chosen.physics)
                 ));
             }
-            if in_no_catalogue {
-                verdict.unexplained = true;
-            } else {
-                verdict.physics.clone_from(&chosen.physics);
-            }
+            verdict.unexplained = in_no_catalogue;
             verdict.confidence = sure;
             verdict.ambiguous_with = as_well.into_iter().filter(|p| p.catalogued()).collect();
         }
@@ -154,7 +152,7 @@ pub(super) fn judge(
         remarks.push("the fit had not come to rest after its last step; its values may be off".to_owned());
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
-    Judged { detected, p_value, verdict, properties, remarks, unlisted: in_no_catalogue }
+    Judged { detected, p_value, verdict, properties, remarks, in_no_catalogue }
 }
 
 /// Confidence that nothing is left out, where nothing is called: where what the baseline leaves is less than half of all noise leaves (of
@@ -330,7 +328,7 @@ impl Judged {
         let own = &selection.tried[tried];
         let gain = selection.base.cost - own.fitted.cost;
         match chosen {
-            Some(_) if selection.chosen == Some(tried) && self.unlisted => {
+            Some(_) if selection.chosen == Some(tried) && self.in_no_catalogue => {
                 "nothing explains as much with as little, but it is in no catalogue".to_owned()
             }
             Some(_) if selection.chosen == Some(tried) && self.verdict.unexplained => {

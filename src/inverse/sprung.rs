@@ -22,20 +22,20 @@ pub(super) fn with_springs(
 ) -> Result<Linearised, InverseError> {
     let (mut at, mut p) = (found, 0);
     while let Some(spot) = at.state.patches.get(p) {
-        let springs = springs_for(spot, radius_m, problem.bench.model.poisson_ratio());
-        p += 1;
-        let Some(springs) = springs else { continue };
+        let Some(springs) = springs_for(spot, radius_m, problem.bench.model.poisson_ratio()) else {
+            p += 1;
+            continue;
+        };
         let (correction, weights) = (problem.correction.take(), problem.whitening.clone());
-        match sprung(problem, finer, &at, p - 1, springs) {
+        match sprung(problem, finer, &at, p, springs) {
             Ok(Some(better)) => {
                 // Settling takes patches away that are no longer needed: those behind them are elsewhere then.
-                if better.state.patches.len() < at.state.patches.len() {
-                    p = 0;
-                }
+                p = if better.state.patches.len() < at.state.patches.len() { 0 } else { p + 1 };
                 at = better;
             }
             Ok(None) | Err(InverseError::NotSettled { .. }) => {
                 (problem.correction, problem.whitening) = (correction, weights);
+                p += 1;
             }
             Err(error) => return Err(error),
         }

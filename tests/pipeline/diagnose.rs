@@ -27,14 +27,20 @@ fn session(seed: u64, effects: Vec<Effect>) -> World {
     world
 }
 
-/// Such a session with all pokes straight in, recorded and diagnosed.
-fn diagnosed(seed: u64, effects: Vec<Effect>) -> (World, Diagnosis) {
+/// Such a session with all pokes straight in, recorded.
+fn recorded(seed: u64, effects: Vec<Effect>) -> (World, Recording) {
     let mut world = session(seed, effects);
     for poke in &mut world.pokes {
         poke.direction = world.phantom.sites[poke.site].inward;
     }
-    let diagnosis = quickly(&world.record(phantom()).expect("a recording"));
-    (world, diagnosis)
+    let recording = world.record(phantom()).expect("a recording");
+    (world, recording)
+}
+
+/// And diagnosed.
+fn diagnosed(seed: u64, effects: Vec<Effect>) -> (World, Diagnosis) {
+    let (world, recording) = recorded(seed, effects);
+    (world, quickly(&recording))
 }
 
 fn quickly(recording: &Recording) -> Diagnosis {
@@ -154,10 +160,13 @@ fn one_axis_of_the_force_sensor_is_told_from_two() {
 /// A lens that calibration missed is no entry's, though a camera that was registered badly looks much like it.
 #[test]
 fn a_lens_is_not_taken_for_a_turned_camera() {
-    let (_, diagnosis) = diagnosed(18, vec![Effect::Foreign(Foreign::LensDistortion { per_m: 2.0 })]);
+    let (_, recording) = recorded(18, vec![Effect::Foreign(Foreign::LensDistortion { per_m: 2.0 })]);
+    let diagnosis = until(&recording, 0.5);
     assert!(diagnosis.mismatch.detected && diagnosis.verdict.unexplained, "{:?}", diagnosis.candidates);
     let lens = |text: &String| text.contains("calibrate the camera's lens");
     assert!(diagnosis.remarks.iter().any(lens), "{:?}", diagnosis.remarks);
+    // What to do is said; no poke is needed for it.
+    assert_eq!((diagnosis.verdict.ambiguous_with, diagnosis.next_poke), (Vec::new(), None));
 }
 
 /// A hum is no entry's; taken off, it leaves a recording in which nothing else is missing.
