@@ -26,7 +26,7 @@ use super::next_poke::{Standing, next_poke};
 use super::parameters::parameters;
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend};
-use super::select::{MOST, Selection, Tried, select};
+use super::select::{MOST, Selection, select};
 use super::undecided::undecided;
 use super::verdict::{Judged, judge, others};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
@@ -172,13 +172,13 @@ impl Run<'_> {
         select(model, selection, most, &mut tell).ok_or(DiagnoseError::Singular)
     }
 
-    /// The diagnosis that a selection amounts to.
-    fn said(
+    /// The verdict on what is chosen, after a last look at its law, its gains and its ball.
+    fn judged(
         &mut self,
         model: &mut Model<'_>,
-        mut selection: Selection,
+        selection: &mut Selection,
         plain: Option<Explained<'_>>,
-    ) -> Result<Diagnosis, DiagnoseError> {
+    ) -> Result<Judged, DiagnoseError> {
         let (mut of_law, mut of_gains) = (None, None);
         let Explained { model: of, fitted } = plain.unwrap_or(Explained { model, fitted: &selection.base });
         let before = left(of, fitted)?;
@@ -190,16 +190,41 @@ impl Run<'_> {
                 tried.fitted = resolved(model, tried.fitted.clone(), self.progress)?;
             }
         }
-        let model = &*model;
-        let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
         let chosen = selection.best();
         let after = left(model, chosen)?;
-        let mut judged =
-            judge(model, &selection, plain.fitted.cost, &before, &after, self.settings.false_alarm);
+        let plain = plain.map_or(&selection.base, |plain| plain.fitted);
+        let mut judged = judge(model, selection, plain.cost, &before, &after, self.settings.false_alarm);
         judged.doubt_stiffening(model, chosen);
         if !judged.verdict.physics.is_empty() {
             judged.remarks.extend(of_law.into_iter().chain(of_gains));
         }
+        Ok(judged)
+    }
+
+    /// The diagnosis that a selection amounts to.
+    fn said(
+        &mut self,
+        model: &mut Model<'_>,
+        mut selection: Selection,
+        plain: Option<Explained<'_>>,
+    ) -> Result<Diagnosis, DiagnoseError> {
+        let mut judged = self.judged(model, &mut selection, plain)?;
+        // Of effects that are doubted together the plainest may stand alone. No more than one: what two of them leave, a third may yet turn.
+        if judged.doubted()
+            && let Some(whole) = selection.chosen.map(|i| &selection.tried[i]).filter(|t| t.physics.len() > 1)
+            && let Some(plainest) = selection.part(whole, 1)
+        {
+            let mut fewer = Selection { chosen: Some(plainest), ..selection.clone() };
+            let mut alone = self.judged(model, &mut fewer, plain)?;
+            if !alone.doubted() {
+                alone.besides(&whole.physics);
+                (selection, judged) = (fewer, alone);
+            }
+        }
+        let model = &*model;
+        let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
+        let before = left(plain.model, plain.fitted)?;
+        let chosen = selection.best();
         judged.remarks.extend(limits(plain.model, plain.fitted));
         // What is not blamed does not extend the baseline either.
         let extended = match judged.verdict.physics.is_empty() {
@@ -297,11 +322,7 @@ fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Se
         }
     }
     // What is left of it without one of its effects.
-    let part = |t: &&Tried| {
-        t.physics.len() + 1 == best.physics.len() && t.physics.iter().all(|p| best.physics.contains(p))
-    };
-    let parts = selection.tried.iter().filter(part);
-    match parts.min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost)) {
+    match selection.part(best, best.physics.len() - 1).map(|i| &selection.tried[i]) {
         Some(part) => rivals.push((&part.physics, &part.fitted)),
         None => rivals.push((&[], &selection.base)),
     }

@@ -100,6 +100,13 @@ impl Selection {
         self.chosen.map_or(&self.base, |i| &self.tried[i].fitted)
     }
 
+    /// The best reading with so `many` of the effects of another, and no others: its index.
+    pub(super) fn part(&self, whole: &Tried, many: usize) -> Option<usize> {
+        let part = |t: &Tried| t.physics.len() == many && t.physics.iter().all(|p| whole.physics.contains(p));
+        let parts = self.tried.iter().enumerate().filter(|(_, t)| part(t));
+        parts.min_by(|(_, a), (_, b)| a.fitted.cost.total_cmp(&b.fitted.cost)).map(|(i, _)| i)
+    }
+
     /// Whether the means of what is left are those of noise.
     pub(super) fn leaves_nothing(&self, model: &Model<'_>) -> Option<bool> {
         Some(Beyond::noise(&Left::of(model, self.best())?).deviations() < NOTHING_SD)

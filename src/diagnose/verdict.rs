@@ -92,8 +92,7 @@ pub(super) fn judge(
         };
         verdict.evidence = Some(evidence);
         let sure = confidence(&evidence);
-        let doubtful = sure < LEAST_CONFIDENCE && before_noise.deviations() < PLAIN_SD;
-        if doubtful || !shows && !beyond_chance(&earned) {
+        if !shows && (sure < LEAST_CONFIDENCE || !beyond_chance(&earned)) {
             // Hardly anything is left to be explained, and the explanation is doubtful, or something lesser may have left it.
             remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
             // No surer than where nothing explains anything.
@@ -281,6 +280,21 @@ const SHORT_OF_DEPTH: f64 = 0.7;
 const DOUBTED_SD: f64 = 3.0;
 
 impl Judged {
+    /// Whether nothing is named, though an entry of the catalogue might be to blame.
+    pub(super) fn doubted(&self) -> bool {
+        self.verdict.physics.is_empty() && !self.in_no_catalogue
+    }
+
+    /// Says which of the effects `tried` are doubted beside those that are blamed.
+    pub(super) fn besides(&mut self, tried: &[Physics]) {
+        let doubted: Vec<Physics> =
+            tried.iter().copied().filter(|p| !self.verdict.physics.contains(p)).collect();
+        self.remarks.push(format!(
+            "{} might explain what is left besides, but is not told from others that would",
+            names(&doubted)
+        ));
+    }
+
     /// A force that is read too large or too small by a factor looks like another modulus, and like nothing else: where the
     /// modulus lies outside the range that the operator expects, that stays possible, whatever was found.
     pub(super) fn doubt_modulus(&mut self, modulus_pa: Estimate, [low, high]: [f64; 2]) {
@@ -355,6 +369,59 @@ impl Judged {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Two effects, a rival of one of them, and what each costs alone; the first in the list is chosen.
+    fn selection() -> Selection {
+        use Physics::{CameraLag, Drying, SlackBand};
+        let tried =
+            |physics: &[Physics], cost| Tried { physics: physics.to_vec(), fitted: Fitted::that_costs(cost) };
+        let tried = vec![
+            tried(&[Drying, CameraLag], 100.0),
+            tried(&[Drying], 300.0),
+            tried(&[CameraLag], 900.0),
+            tried(&[SlackBand], 800.0),
+            tried(&[Drying, SlackBand], 110.0),
+        ];
+        let base = Fitted::that_costs(1000.0);
+        Selection { base, screened: Vec::new(), tried, chosen: Some(0), complete: true }
+    }
+
+    /// A rival has as many effects; of the two chosen it lacks one, and only what that one explains is between them.
+    #[test]
+    fn a_rival_is_measured_by_what_it_lacks() {
+        let selection = selection();
+        let chosen = &selection.tried[0];
+        let rivals = others(&selection, chosen);
+        assert_eq!(rivals.len(), 1);
+        assert_eq!(rivals[0].physics, [Physics::Drying, Physics::SlackBand]);
+        assert_eq!(own_gain(&selection, 1000.0, chosen, rivals[0]), 200.0);
+        // Nothing in common with it: all that both explain, of the better baseline.
+        let stranger = &selection.tried[3];
+        assert_eq!(own_gain(&selection, 950.0, chosen, stranger), 850.0);
+    }
+
+    /// The plainer of two effects that are doubted together, and what is said of the other.
+    #[test]
+    fn one_of_two_may_stand_alone() {
+        let selection = selection();
+        let whole = &selection.tried[0];
+        assert_eq!((selection.part(whole, 1), selection.part(whole, 0)), (Some(1), None));
+        let verdict = Verdict {
+            physics: vec![Physics::Drying],
+            unexplained: false,
+            confidence: 0.6,
+            ambiguous_with: Vec::new(),
+            evidence: None,
+        };
+        let (properties, remarks) = (Vec::new(), Vec::new());
+        let mut alone =
+            Judged { detected: true, p_value: 0.0, verdict, properties, remarks, in_no_catalogue: false };
+        assert!(!alone.doubted());
+        alone.besides(&whole.physics);
+        assert!(alone.remarks[0].starts_with(&names(&[Physics::CameraLag])), "{:?}", alone.remarks);
+        alone.verdict.physics.clear();
+        assert!(alone.doubted());
+    }
 
     /// Surer where the baseline leaves less than noise mostly does, and never surer than a reading.
     #[test]
