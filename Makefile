@@ -3,7 +3,7 @@
 #
 # All need Rust, make and a C compiler. What they need besides is installed by apt when it is missing and apt is there. Without OpenCV
 # the program is built without depth cameras; without Chromium the tests concerned say that they were skipped.
-.PHONY: demo test prove opencv chromium
+.PHONY: demo test computing waiting prove opencv chromium
 
 # A bench that nobody has seen: SEED=… draws one again.
 DEMO := target/demo
@@ -39,12 +39,26 @@ prove: opencv
 	fi; \
 	exit $$code
 
-# Tests of devices mostly wait: two more at a time than a small machine has cores.
 test: opencv chromium
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets $(FEATURES) -- -D warnings
-	RUST_TEST_THREADS=4 cargo test --release --workspace $(FEATURES)
+	$(TEST) --no-run
+	@$(MAKE) --no-print-directory -j2 computing waiting
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps $(FEATURES)
+
+TEST = cargo test --release --workspace $(FEATURES)
+
+# Tests that mostly wait, for devices, pictures and a browser, run beside all others, and those give way: a driver that waits for a
+# processor is late.
+WAITING := camera devices page rig
+COMPUTING := $(filter-out $(WAITING),$(basename $(notdir $(patsubst %/main.rs,%.rs, \
+	$(wildcard tests/*.rs tests/*/main.rs firmware_proto/tests/*.rs)))))
+
+computing:
+	RUST_TEST_THREADS=3 nice -n 19 $(TEST) --lib --bins $(COMPUTING:%=--test %)
+
+waiting:
+	@said=$$(mktemp); RUST_TEST_THREADS=8 $(TEST) $(WAITING:%=--test %) >"$$said" 2>&1; code=$$?; cat "$$said"; rm "$$said"; exit $$code
 
 # Installs Debian's packages in $$1, and says $$2 if that fails.
 INSTALL = install() { \

@@ -11,9 +11,6 @@ mod predict;
 #[path = "../support/program.rs"]
 mod program;
 mod proof;
-mod rig;
-#[path = "../support/steady.rs"]
-mod steady;
 mod usage;
 
 use program::{phantom_rig, run, utf8};

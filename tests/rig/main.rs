@@ -1,14 +1,19 @@
 //! A protocol on the simulated bench at the process boundary: planned, run, interrupted, gone on with, looked at, exported, replayed, and
 //! added to; and what is refused before anything moves.
 
-use super::steady::steady;
-use super::{phantom_rig, run, utf8};
+#[path = "../support/program.rs"]
+mod program;
+#[path = "../support/steady.rs"]
+mod steady;
+
 use phantom_rig::dataset::read_bundle;
+use program::{phantom_rig, run, utf8};
 use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use steady::steady;
 
 const PROTOCOL: &str = "format = \"phantom-protocol/1\"\nname = \"three\"\n[variables]\npress_s = 1\n[defaults]\nspeed_mm_s = 4\npause_s = 1\nhold_s = \"$press_s\"\n\
     [[step]]\nkind = \"ask\"\ntext = \"Ready?\"\n\
