@@ -106,7 +106,7 @@ pub(super) struct Model<'a> {
 type ChangeOf<'c> = &'c dyn Fn(&[(BulkKnob, f64)]) -> Option<BodyChange>;
 
 /// A change of the body that was worked out.
-struct Changed {
+pub(super) struct Changed {
     knobs: Vec<(BulkKnob, f64)>,
     change: BodyChange,
 }
@@ -454,6 +454,11 @@ impl<'a> Model<'a> {
             self.correction = Some(Changed { knobs: knobs.to_vec(), change });
         }
         Ok(())
+    }
+
+    /// Puts another correction in the place of the one that holds, which comes back; none: the body is as its own laboratory says.
+    pub(super) fn exchange_correction(&mut self, other: Option<Changed>) -> Option<Changed> {
+        std::mem::replace(&mut self.correction, other)
     }
 
     /// Changes of the body that act.

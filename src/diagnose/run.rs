@@ -26,7 +26,7 @@ use super::next_poke::{Standing, next_poke};
 use super::parameters::parameters;
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend};
-use super::select::{MOST, Selection, select};
+use super::select::{MOST, Selection, Tried, finished, select};
 use super::undecided::undecided;
 use super::verdict::{Judged, judge, others};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
@@ -172,33 +172,62 @@ impl Run<'_> {
         select(model, selection, most, &mut tell).ok_or(DiagnoseError::Singular)
     }
 
-    /// The verdict on what is chosen, after a last look at its law, its gains and its ball.
+    /// The verdict on what is chosen, after a last look at its law, its gains and its ball. `before` is what the baseline leaves, `plain` its
+    /// sum of squares.
     fn judged(
         &mut self,
         model: &mut Model<'_>,
         selection: &mut Selection,
-        plain: Option<Explained<'_>>,
+        before: &Left,
+        plain: f64,
     ) -> Result<Judged, DiagnoseError> {
         let (mut of_law, mut of_gains) = (None, None);
-        let Explained { model: of, fitted } = plain.unwrap_or(Explained { model, fitted: &selection.base });
-        let before = left(of, fitted)?;
         if let Some(tried) = selection.chosen.map(|i| &mut selection.tried[i]) {
             (tried.fitted, of_law) = with_its_law(model, tried.fitted.clone());
             (tried.fitted, of_gains) = with_its_gains(model, tried.fitted.clone());
             let so_far = Beyond::noise(&left(model, &tried.fitted)?);
-            if Beyond::noise(&before).explained(&so_far) > WORTH_RESOLVING {
+            if Beyond::noise(before).explained(&so_far) > WORTH_RESOLVING {
                 tried.fitted = resolved(model, tried.fitted.clone(), self.progress)?;
             }
         }
         let chosen = selection.best();
         let after = left(model, chosen)?;
-        let plain = plain.map_or(&selection.base, |plain| plain.fitted);
-        let mut judged = judge(model, selection, plain.cost, &before, &after, self.settings.false_alarm);
+        let mut judged = judge(model, selection, plain, before, &after, self.settings.false_alarm);
         judged.doubt_stiffening(model, chosen);
         if !judged.verdict.physics.is_empty() {
             judged.remarks.extend(of_law.into_iter().chain(of_gains));
         }
         Ok(judged)
+    }
+
+    /// The plainest of several effects that are doubted together, if it stands alone: where a weak one has close rivals it takes the name
+    /// of the other along. Not so where what is in no catalogue is among them: an entry might then stand in for that.
+    fn alone(
+        &mut self,
+        model: &mut Model<'_>,
+        selection: &Selection,
+        before: &Left,
+        plain: f64,
+    ) -> Result<Option<(Selection, Judged)>, DiagnoseError> {
+        let several = |t: &&Tried| t.physics.len() > 1 && t.physics.iter().all(|p| p.catalogued());
+        let whole = selection.chosen.map(|i| &selection.tried[i]).filter(several);
+        let Some((whole, plainest)) = whole.and_then(|w| Some((w, selection.part(w, 1)?))) else {
+            return Ok(None);
+        };
+        let of_whole = model.exchange_correction(None);
+        let mut fewer = Selection { chosen: Some(plainest), ..selection.clone() };
+        fewer.tried[plainest].fitted = finished(model, fewer.tried[plainest].fitted.clone());
+        match self.judged(model, &mut fewer, before, plain) {
+            Ok(mut judged) if !judged.doubted() => {
+                judged.besides(&whole.physics);
+                Ok(Some((fewer, judged)))
+            }
+            Err(why) if !why.leaves_undecided() => Err(why),
+            _ => {
+                model.exchange_correction(of_whole);
+                Ok(None)
+            }
+        }
     }
 
     /// The diagnosis that a selection amounts to.
@@ -208,22 +237,16 @@ impl Run<'_> {
         mut selection: Selection,
         plain: Option<Explained<'_>>,
     ) -> Result<Diagnosis, DiagnoseError> {
-        let mut judged = self.judged(model, &mut selection, plain)?;
-        // Of effects that are doubted together the plainest may stand alone. No more than one: what two of them leave, a third may yet turn.
+        let Explained { model: of, fitted } = plain.unwrap_or(Explained { model, fitted: &selection.base });
+        let (before, cost) = (left(of, fitted)?, fitted.cost);
+        let mut judged = self.judged(model, &mut selection, &before, cost)?;
         if judged.doubted()
-            && let Some(whole) = selection.chosen.map(|i| &selection.tried[i]).filter(|t| t.physics.len() > 1)
-            && let Some(plainest) = selection.part(whole, 1)
+            && let Some(alone) = self.alone(model, &selection, &before, cost)?
         {
-            let mut fewer = Selection { chosen: Some(plainest), ..selection.clone() };
-            let mut alone = self.judged(model, &mut fewer, plain)?;
-            if !alone.doubted() {
-                alone.besides(&whole.physics);
-                (selection, judged) = (fewer, alone);
-            }
+            (selection, judged) = alone;
         }
         let model = &*model;
         let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
-        let before = left(plain.model, plain.fitted)?;
         let chosen = selection.best();
         judged.remarks.extend(limits(plain.model, plain.fitted));
         // What is not blamed does not extend the baseline either.
@@ -321,7 +344,14 @@ fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Se
             rivals.push((&rival.physics, &rival.fitted));
         }
     }
-    // What is left of it without one of its effects.
+    // Whether what is doubted besides acts, and what is left of the reading without one of its effects.
+    let besides = &judged.besides;
+    let whole = |t: &&Tried| t.physics.len() == best.physics.len() + besides.len();
+    let holds = |t: &&Tried| best.physics.iter().chain(besides).all(|p| t.physics.contains(p));
+    let wholes = selection.tried.iter().filter(whole).filter(holds).filter(|_| !besides.is_empty());
+    if let Some(whole) = wholes.min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost)) {
+        rivals.push((&whole.physics, &whole.fitted));
+    }
     match selection.part(best, best.physics.len() - 1).map(|i| &selection.tried[i]) {
         Some(part) => rivals.push((&part.physics, &part.fitted)),
         None => rivals.push((&[], &selection.base)),

@@ -168,12 +168,16 @@ pub(super) fn select(
         selection.complete = best.is_none();
         let Some(best) = best else { break };
         let best = known + best;
-        let rested = descend_from(model, selection.tried[best].fitted.clone(), IN_FULL);
-        selection.tried[best].fitted = pruned(model, with_its_terms(model, rested));
+        selection.tried[best].fitted = finished(model, selection.tried[best].fitted.clone());
         selection.chosen = Some(best);
         thin(model, selection);
     }
     Some(())
+}
+
+/// A contender brought to rest, with the terms that it needs and without the patches that it does not.
+pub(super) fn finished(model: &Model<'_>, contender: Fitted) -> Fitted {
+    pruned(model, with_its_terms(model, descend_from(model, contender, IN_FULL)))
 }
 
 /// The fit before `tried` was, from where `tried` carried it, if that is a better place.

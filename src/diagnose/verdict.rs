@@ -26,6 +26,8 @@ pub(super) struct Judged {
     pub remarks: Vec<String>,
     /// Whether it is explained, but by what is no entry of the catalogue.
     pub in_no_catalogue: bool,
+    /// What may act besides what is blamed, and is doubted.
+    pub besides: Vec<Physics>,
 }
 
 /// Readings whose sums of squares differ by less than this, or by this share of the gain, are not told apart.
@@ -92,22 +94,24 @@ pub(super) fn judge(
         };
         verdict.evidence = Some(evidence);
         let sure = confidence(&evidence);
-        if !shows && (sure < LEAST_CONFIDENCE || !beyond_chance(&earned)) {
-            // Hardly anything is left to be explained, and the explanation is doubtful, or something lesser may have left it.
+        let standing = Standing::of(shows, sure, &earned, &evidence);
+        if standing == Standing::Chance {
             remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
             // No surer than where nothing explains anything.
             verdict.confidence = (1.0 - sure).clamp(LEAST_CONFIDENCE, nothing_left_out(p_value));
             detected = false;
-        } else if sure < LEAST_CONFIDENCE
-            || evidence.explained < EXPLAINS && after_noise.deviations() > PLAIN_SD
-        {
+        } else if standing == Standing::Doubted {
             verdict.unexplained = true;
             verdict.confidence = unlisted(&before_noise);
-            remarks.push(format!(
-                "{} comes closest, but leaves {:.0} % of what is beyond noise",
-                names(&chosen.physics),
-                100.0 * (1.0 - evidence.explained)
-            ));
+            let closest = others.first().filter(|_| evidence.margin < HARDLY_TOLD);
+            let but = match closest {
+                _ if evidence.explained < EXPLAINS => {
+                    format!("leaves {:.0} % of what is beyond noise", 100.0 * (1.0 - evidence.explained))
+                }
+                Some(rival) => format!("is hardly told from {}", names(&rival.physics)),
+                None => "explains hardly more than chance or elements can".to_owned(),
+            };
+            remarks.push(format!("{} comes closest, but {but}", names(&chosen.physics)));
         } else {
             let mut as_well: Vec<Physics> = Vec::new();
             for other in others.iter().filter(|o| lacks(o) < alike(own_gain(selection, plain, chosen, o))) {
@@ -151,8 +155,37 @@ pub(super) fn judge(
         remarks.push("the fit had not come to rest after its last step; its values may be off".to_owned());
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
-    Judged { detected, p_value, verdict, properties, remarks, in_no_catalogue }
+    Judged { detected, p_value, verdict, properties, remarks, in_no_catalogue, besides: Vec::new() }
 }
+
+/// Whether a reading may be named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Standing {
+    /// No mismatch shows without it, and it is doubtful itself, or something lesser may have left what it explains.
+    Chance,
+    /// There is a mismatch, but the reading is doubtful, or leaves too much of it.
+    Doubted,
+    /// It may.
+    Named,
+}
+
+impl Standing {
+    fn of(shows: bool, sure: f64, earned: &[f64], evidence: &Evidence) -> Self {
+        if !shows && (sure < LEAST_CONFIDENCE || !beyond_chance(earned)) {
+            Self::Chance
+        } else if sure < LEAST_CONFIDENCE || evidence.explained < EXPLAINS && evidence.left > PLAIN_SD {
+            Self::Doubted
+        } else {
+            Self::Named
+        }
+    }
+}
+
+/// Rivals that lack less than this share of what is explained make a reading doubtful.
+const HARDLY_TOLD: f64 = 0.3;
+
+/// No reading is surer beside which something else may act.
+const NOT_ALONE: f64 = 0.85;
 
 /// Confidence that nothing is left out, where nothing is called: where what the baseline leaves is less than half of all noise leaves (of
 /// concealed draws 50 of 56 were right about it), and where it is more (3 of 7).
@@ -285,14 +318,12 @@ impl Judged {
         self.verdict.physics.is_empty() && !self.in_no_catalogue
     }
 
-    /// Says which of the effects `tried` are doubted beside those that are blamed.
+    /// Those of the effects `tried` that are not blamed may act besides.
     pub(super) fn besides(&mut self, tried: &[Physics]) {
-        let doubted: Vec<Physics> =
-            tried.iter().copied().filter(|p| !self.verdict.physics.contains(p)).collect();
-        self.remarks.push(format!(
-            "{} might explain what is left besides, but is not told from others that would",
-            names(&doubted)
-        ));
+        self.besides = tried.iter().copied().filter(|p| !self.verdict.physics.contains(p)).collect();
+        self.verdict.confidence = self.verdict.confidence.min(NOT_ALONE);
+        let said = format!("besides, {} may act: this recording does not settle that", names(&self.besides));
+        self.remarks.push(said);
     }
 
     /// A force that is read too large or too small by a factor looks like another modulus, and like nothing else: where the
@@ -346,13 +377,18 @@ impl Judged {
                 "nothing explains as much with as little, but it is in no catalogue".to_owned()
             }
             Some(_) if selection.chosen == Some(tried) && self.verdict.unexplained => {
-                "it comes closest, but leaves too much".to_owned()
+                "it comes closest, but leaves too much or is hardly told from others".to_owned()
             }
             Some(_) if selection.chosen == Some(tried) => {
                 "nothing explains as much with as little".to_owned()
             }
             Some(_) if own.fitted.end == End::GivenUp => {
                 "given up: it could not have come close to what explains more".to_owned()
+            }
+            Some(chosen)
+                if !self.besides.is_empty() && chosen.physics.iter().all(|p| own.physics.contains(p)) =>
+            {
+                "whether something acts besides is not settled".to_owned()
             }
             Some(chosen) if own.fitted.cost < chosen.fitted.cost => {
                 "what it adds is no more than chance or elements can".to_owned()
@@ -409,18 +445,50 @@ mod tests {
         let verdict = Verdict {
             physics: vec![Physics::Drying],
             unexplained: false,
-            confidence: 0.6,
+            confidence: 0.97,
             ambiguous_with: Vec::new(),
             evidence: None,
         };
         let (properties, remarks) = (Vec::new(), Vec::new());
-        let mut alone =
-            Judged { detected: true, p_value: 0.0, verdict, properties, remarks, in_no_catalogue: false };
+        let mut alone = Judged {
+            detected: true,
+            p_value: 0.0,
+            verdict,
+            properties,
+            remarks,
+            in_no_catalogue: false,
+            besides: Vec::new(),
+        };
         assert!(!alone.doubted());
         alone.besides(&whole.physics);
-        assert!(alone.remarks[0].starts_with(&names(&[Physics::CameraLag])), "{:?}", alone.remarks);
+        assert_eq!(alone.besides, [Physics::CameraLag]);
+        assert!(alone.remarks[0].contains("camera-lag may act"), "{:?}", alone.remarks);
+        assert!(alone.verdict.confidence <= NOT_ALONE);
+        assert_eq!(alone.why(&selection, 0), alone.why(&selection, 4));
+        assert_ne!(alone.why(&selection, 0), alone.why(&selection, 3));
         alone.verdict.physics.clear();
         assert!(alone.doubted());
+        assert!(!Judged { in_no_catalogue: true, ..alone }.doubted());
+    }
+
+    /// What shows is never called chance because an explanation of it is doubtful, and a doubtful one is never named.
+    #[test]
+    fn a_mismatch_that_shows_is_not_nothing() {
+        let clear = Evidence { explained: 1.0, gain: 10.0, margin: 1.0, left: 0.0, effects: 1 };
+        let too_little = Evidence { explained: 0.7, left: 10.0, ..clear };
+        let (plain, weak) = (&[5.0][..], &[1.2][..]);
+        for (shows, sure, earned, evidence, expected) in [
+            (true, 0.9, plain, clear, Standing::Named),
+            (true, 0.9, weak, clear, Standing::Named),
+            (true, 0.3, plain, clear, Standing::Doubted),
+            (true, 0.9, plain, too_little, Standing::Doubted),
+            (true, 0.9, plain, Evidence { left: 2.0, ..too_little }, Standing::Named),
+            (false, 0.9, plain, clear, Standing::Named),
+            (false, 0.9, weak, clear, Standing::Chance),
+            (false, 0.3, plain, clear, Standing::Chance),
+        ] {
+            assert_eq!(Standing::of(shows, sure, earned, &evidence), expected, "{shows} {sure} {earned:?}");
+        }
     }
 
     /// Surer where the baseline leaves less than noise mostly does, and never surer than a reading.

@@ -1,5 +1,5 @@
 //! The depth camera of the simulated bench at the process boundary: from pixels on a pipe to markers in a recording, against the truth that
-//! the bench writes beside. By itself, for to make pictures takes a processor.
+//! the bench writes beside.
 #![cfg(feature = "opencv")]
 
 #[path = "../support/program.rs"]
