@@ -49,16 +49,18 @@ test: opencv chromium
 TEST = cargo test --release --workspace $(FEATURES)
 
 # Tests that mostly wait, for devices, pictures and a browser, run beside all others, and those give way: a driver that waits for a
-# processor is late. What the waiting ones say can be read in a file until both are done.
+# processor is late. (A nice process gives way after its slice only, an idle one at once.) What the waiting ones say can be read in a
+# file until both are done.
+GIVING_WAY := $(shell chrt -i 0 true 2>/dev/null && echo chrt -i 0 || echo nice -n 19)
 WAITED := target/waiting.log
 WAITING := camera devices page rig
 COMPUTING := $(filter-out $(WAITING),$(basename $(notdir $(patsubst %/main.rs,%.rs, \
 	$(foreach tests,tests firmware_proto/tests,$(wildcard $(tests)/*.rs $(tests)/*/main.rs))))))
 
 computing:
-	RUST_TEST_THREADS=3 nice -n 19 $(TEST) --lib -- --skip driver:: --skip session::
-	RUST_TEST_THREADS=3 nice -n 19 $(TEST) --bins $(COMPUTING:%=--test %)
-	nice -n 19 $(TEST) --doc
+	RUST_TEST_THREADS=3 $(GIVING_WAY) $(TEST) --lib -- --skip driver:: --skip session::
+	RUST_TEST_THREADS=3 $(GIVING_WAY) $(TEST) --bins $(COMPUTING:%=--test %)
+	$(GIVING_WAY) $(TEST) --doc
 
 waiting:
 	@echo "Other tests run beside these: see $(WAITED)"
