@@ -44,28 +44,31 @@ test: opencv chromium
 	cargo clippy --release --workspace --all-targets $(FEATURES) -- -D warnings
 	$(TEST) --no-run
 	@$(MAKE) --no-print-directory -j2 computing waiting; code=$$?; cat $(WAITED); exit $$code
+	RUST_TEST_THREADS=8 $(TEST) --lib -- $(IN_TIME)
+	RUST_TEST_THREADS=8 $(TEST) --test devices
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps $(FEATURES)
 
 TEST = cargo test --release --workspace $(FEATURES)
 
-# Tests that mostly wait, for devices, pictures and a browser, run beside all others, and those give way: a driver that waits for a
-# processor is late. (A nice process gives way after its slice only, an idle one at once.) What the waiting ones say can be read in a
-# file until both are done.
+# Drivers under test are late where others keep the processors busy: they run by themselves, most of them waiting.
+IN_TIME := driver:: session::
+
+# Tests that wait for pictures, a browser and sessions run beside all others, and those give way. (A nice process gives way after its slice
+# only, an idle one at once.) What the waiting ones say can be read in a file until both are done.
 GIVING_WAY := $(shell chrt -i 0 true 2>/dev/null && echo chrt -i 0 || echo nice -n 19)
 WAITED := target/waiting.log
-WAITING := camera devices page rig
-COMPUTING := $(filter-out $(WAITING),$(basename $(notdir $(patsubst %/main.rs,%.rs, \
+WAITING := camera page rig
+COMPUTING := $(filter-out devices $(WAITING),$(basename $(notdir $(patsubst %/main.rs,%.rs, \
 	$(foreach tests,tests firmware_proto/tests,$(wildcard $(tests)/*.rs $(tests)/*/main.rs))))))
 
 computing:
-	RUST_TEST_THREADS=3 $(GIVING_WAY) $(TEST) --lib -- --skip driver:: --skip session::
+	RUST_TEST_THREADS=3 $(GIVING_WAY) $(TEST) --lib -- $(IN_TIME:%=--skip %)
 	RUST_TEST_THREADS=3 $(GIVING_WAY) $(TEST) --bins $(COMPUTING:%=--test %)
 	$(GIVING_WAY) $(TEST) --doc
 
 waiting:
 	@echo "Other tests run beside these: see $(WAITED)"
-	@export RUST_TEST_THREADS=8; { $(TEST) --lib -- driver:: session:: && $(TEST) $(WAITING:%=--test %); } >$(WAITED) 2>&1 || \
-		{ echo "Some of them failed: see $(WAITED)"; exit 1; }
+	@RUST_TEST_THREADS=4 $(TEST) $(WAITING:%=--test %) >$(WAITED) 2>&1 || { echo "Some of them failed: see $(WAITED)"; exit 1; }
 
 # Installs Debian's packages in $$1, and says $$2 if that fails.
 INSTALL = install() { \
