@@ -45,25 +45,26 @@ test: opencv chromium
 	$(TEST) --no-run
 	@$(MAKE) --no-print-directory -j2 computing waiting; code=$$?; cat $(WAITED); exit $$code
 	RUST_TEST_THREADS=8 $(TEST) --lib -- $(IN_TIME)
-	RUST_TEST_THREADS=8 $(TEST) --test devices
+	RUST_TEST_THREADS=8 $(TEST) $(ALONE:%=--test %)
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps $(FEATURES)
 
 TEST = cargo test --release --workspace $(FEATURES)
 
-# Drivers under test are late where others keep the processors busy: they run by themselves, most of them waiting.
+# Drivers under test are late where others keep the processors busy: they run by themselves, and mostly wait.
 IN_TIME := driver:: session::
+ALONE := devices rig
 
-# Tests that wait for pictures, a browser and sessions run beside all others, and those give way. (A nice process gives way after its slice
-# only, an idle one at once.) What the waiting ones say can be read in a file until both are done.
+# Tests that wait for pictures and a browser run beside all others, and those give way. What the waiting ones say can be read in a file
+# until both are done.
 GIVING_WAY := $(shell chrt -i 0 true 2>/dev/null && echo chrt -i 0 || echo nice -n 19)
 WAITED := target/waiting.log
-WAITING := camera page rig
-COMPUTING := $(filter-out devices $(WAITING),$(basename $(notdir $(patsubst %/main.rs,%.rs, \
+WAITING := camera page
+COMPUTING := $(filter-out $(ALONE) $(WAITING),$(basename $(notdir $(patsubst %/main.rs,%.rs, \
 	$(foreach tests,tests firmware_proto/tests,$(wildcard $(tests)/*.rs $(tests)/*/main.rs))))))
 
 computing:
-	RUST_TEST_THREADS=3 $(GIVING_WAY) $(TEST) --lib -- $(IN_TIME:%=--skip %)
-	RUST_TEST_THREADS=3 $(GIVING_WAY) $(TEST) --bins $(COMPUTING:%=--test %)
+	RUST_TEST_THREADS=4 $(GIVING_WAY) $(TEST) --lib -- $(IN_TIME:%=--skip %)
+	RUST_TEST_THREADS=4 $(GIVING_WAY) $(TEST) --bins $(COMPUTING:%=--test %)
 	$(GIVING_WAY) $(TEST) --doc
 
 waiting:
