@@ -17,12 +17,56 @@ struct Maps(Vec<(Matrix3<f64>, DMatrix<f64>)>);
 
 /// Sums of one site.
 struct Site {
-    /// `Σ x xᵀ` over the force's rows and over frames (m²).
-    drive: [Matrix3<f64>; 2],
-    /// `Σ r xᵀ`: force (N m), markers (m²).
-    cross: (Matrix3<f64>, DMatrix<f64>),
-    /// `Σ x` over frames (m).
+    /// `Σ x xᵀ` over the force's rows (m²).
+    drive: Matrix3<f64>,
+    /// Of each marker component, over the frames in which it is seen.
+    seen: Vec<Seen>,
+    /// `Σ r xᵀ` of the force (N m).
+    cross: Matrix3<f64>,
+}
+
+/// Sums over the frames in which a marker component is seen.
+#[derive(Debug, Clone, Default)]
+struct Seen {
+    frames: f64,
+    /// `Σ x xᵀ` (m²).
+    drive: Matrix3<f64>,
+    /// `Σ x` (m).
     path: Vector3<f64>,
+    /// `Σ r` (m).
+    residual: f64,
+    /// `Σ r x` (m²).
+    cross: Vector3<f64>,
+}
+
+impl Seen {
+    fn add(&mut self, x: &Vector3<f64>, residual: f64) {
+        self.frames += 1.0;
+        self.drive += x * x.transpose();
+        self.path += x;
+        self.residual += residual;
+        self.cross += x * residual;
+    }
+
+    /// Weighed by an error that lasts over all these frames, of this variance over that of one:
+    /// `(1 + ℓ 1 1ᵀ)⁻¹ = 1 − ℓ/(1 + ℓ n) 1 1ᵀ`.
+    fn weighed(self, lasting: f64) -> Self {
+        let scale = (1.0 + lasting * self.frames).recip();
+        let less = lasting * scale;
+        Self {
+            drive: self.drive - self.path * self.path.transpose() * less,
+            path: self.path * scale,
+            cross: self.cross - self.path * (self.residual * less),
+            ..self
+        }
+    }
+
+    /// Another poke at the same site.
+    fn join(&mut self, other: &Self) {
+        self.drive += other.drive;
+        self.path += other.path;
+        self.cross += other.cross;
+    }
 }
 
 /// Sums over all rows, as a scalar product of maps that are written as vectors.
@@ -117,13 +161,20 @@ impl Scan {
 impl Sums {
     /// What a map's scalar product with others is taken with: driven and over the variance.
     fn weighed(&self, maps: &Maps) -> DVector<f64> {
-        let column = |x: &Vector3<f64>| DVector::from_column_slice(x.as_slice());
-        let along = maps.0.iter().zip(&self.sites).map(|((_, markers), site)| markers * column(&site.path));
-        let stays = along.sum::<DVector<f64>>().component_mul(&self.stays.1);
+        let mut stays = DVector::zeros(self.stays.1.len());
+        for ((_, markers), site) in maps.0.iter().zip(&self.sites) {
+            for (c, seen) in site.seen.iter().enumerate() {
+                stays[c] += (markers.fixed_view::<1, 3>(c, 0) * seen.path)[0];
+            }
+        }
+        stays.component_mul_assign(&self.stays.1);
         let parts = maps.0.iter().zip(&self.sites).map(|((force, markers), site)| {
-            let drive = DMatrix::from_column_slice(3, 3, site.drive[1].as_slice());
-            let driven = markers * drive - &stays * column(&site.path).transpose();
-            (self.over_variance(force * site.drive[0]), self.markers_over_variance(driven))
+            let mut driven = DMatrix::zeros(stays.len(), 3);
+            for (c, seen) in site.seen.iter().enumerate() {
+                let own = markers.fixed_view::<1, 3>(c, 0) * seen.drive - seen.path.transpose() * stays[c];
+                driven.fixed_view_mut::<1, 3>(c, 0).copy_from(&own);
+            }
+            (self.over_variance(force * site.drive), self.markers_over_variance(driven))
         });
         Maps(parts.collect()).vector()
     }
@@ -132,9 +183,12 @@ impl Sums {
     fn residual(&self) -> DVector<f64> {
         let stays = self.stays.0.component_mul(&self.stays.1);
         let parts = self.sites.iter().map(|site| {
-            let path = DVector::from_column_slice(site.path.as_slice());
-            let markers = &site.cross.1 - &stays * path.transpose();
-            (self.over_variance(site.cross.0), self.markers_over_variance(markers))
+            let mut markers = DMatrix::zeros(stays.len(), 3);
+            for (c, seen) in site.seen.iter().enumerate() {
+                let own = (seen.cross - seen.path * stays[c]).transpose();
+                markers.fixed_view_mut::<1, 3>(c, 0).copy_from(&own);
+            }
+            (self.over_variance(site.cross), self.markers_over_variance(markers))
         });
         Maps(parts.collect()).vector()
     }
@@ -275,12 +329,9 @@ fn derivatives(body: &Body, stiffness: &[Dual], log_modulus: f64, parameters: us
 
 /// Sums over the rows that count.
 fn sites(model: &Model<'_>, fitted: &Fitted, marched: &super::model::Marched) -> Vec<Site> {
-    let markers = 3 * model.settled.evidence.rest.len();
-    let none = || Site {
-        drive: [Matrix3::zeros(); 2],
-        cross: (Matrix3::zeros(), DMatrix::zeros(markers, 3)),
-        path: Vector3::zeros(),
-    };
+    let unseen = vec![Seen::default(); 3 * model.settled.evidence.rest.len()];
+    let none = || Site { drive: Matrix3::zeros(), seen: unseen.clone(), cross: Matrix3::zeros() };
+    let lasting = model.lasting();
     let mut sites: Vec<Site> = (0..model.body.sites).map(|_| none()).collect();
     for track in &model.tracks {
         let share = |channel: usize| fitted.at[marched.fitted + channel * model.body.sites + track.site];
@@ -289,28 +340,27 @@ fn sites(model: &Model<'_>, fitted: &Fitted, marched: &super::model::Marched) ->
         let counted = (0..track.time_s.len()).filter(|&i| track.counts[i]);
         for (n, row) in counted.enumerate() {
             let x = track.reported_m[row];
-            site.drive[0] += x * x.transpose();
+            site.drive += x * x.transpose();
             for axis in 0..3 {
                 let left = rows[(3 * n + axis, marched.fitted + 1)] * model.force_sd[axis];
                 for i in 0..3 {
-                    site.cross.0[(axis, i)] += left * x[i];
+                    site.cross[(axis, i)] += left * x[i];
                 }
             }
         }
+        let mut own = unseen.clone();
         for frame in track.frames.iter().filter(|f| track.counts_at(f.time_s)) {
             let Some(rows) = model.marker_rows(track, frame, marched, share(1)) else { continue };
             let right = track.time_s.partition_point(|t| *t < frame.time_s).min(track.time_s.len() - 1);
-            let x = track.reported_m[right];
-            site.drive[1] += x * x.transpose();
-            site.path += x;
-            for (n, (marker, _)) in frame.seen.iter().enumerate() {
+            for (n, marker) in frame.markers().enumerate() {
                 for axis in 0..3 {
                     let left = rows[(3 * n + axis, marched.fitted + 1)] * model.marker_sd[axis];
-                    for i in 0..3 {
-                        site.cross.1[(3 * marker + axis, i)] += left * x[i];
-                    }
+                    own[3 * marker + axis].add(&track.reported_m[right], left);
                 }
             }
+        }
+        for (c, (all, own)) in site.seen.iter_mut().zip(own).enumerate() {
+            all.join(&own.weighed(lasting[c % 3]));
         }
     }
     sites
@@ -321,56 +371,78 @@ mod tests {
     use super::*;
     use crate::geometry::Vec3;
 
-    /// Sums over rows by hand: two rows of the sensor and three frames of one marker at one site.
+    /// Sums over rows by hand: two rows of the sensor, and three frames, in one of which the second of two markers is hidden.
     #[test]
     fn the_scalar_product_is_the_sum_over_rows() {
         let force = Matrix3::new(1.0, 0.2, -0.3, 0.5, 2.0, 0.1, -0.7, 0.4, 3.0);
         let marker = Matrix3::new(0.3, -0.1, 0.2, 0.05, 0.6, -0.4, 0.15, 0.25, 0.9);
         let map = |scale: f64| {
-            let markers = DMatrix::from_column_slice(3, 3, (marker * scale).as_slice());
-            Maps(vec![(force.transpose() * scale, markers)])
+            let markers =
+                DMatrix::from_fn(6, 3, |i, j| marker[(i % 3, j)] * scale * if i < 3 { 1.0 } else { -0.6 });
+            Maps(vec![(force * scale, markers)])
         };
         let (a, b) = (map(1.0), map(-0.5));
         let rows = [Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.0, -1.0, 4.0)];
         let frames = [Vec3::new(2.0, 0.0, 1.0), Vec3::new(-1.0, 1.0, 1.0), Vec3::new(0.5, 0.2, 0.1)];
+        let seen = [&frames[..], &frames[1..]];
         let left = Vec3::new(0.3, -0.2, 0.7);
-        let weight = ([1.0, 2.0, 3.0], vec![4.0, 5.0, 6.0]);
+        let weight = ([1.0, 2.0, 3.0], vec![4.0, 5.0, 6.0, 4.0, 5.0, 6.0]);
         let outer = |of: &[Vec3]| of.iter().map(|x| x * x.transpose()).sum::<Matrix3<f64>>();
         let crossed = |of: &[Vec3]| of.iter().map(|x| left * x.transpose()).sum::<Matrix3<f64>>();
-        let cross = DMatrix::from_column_slice(3, 3, crossed(&frames).as_slice());
-        let path = frames.iter().sum();
-        let site = Site { drive: [outer(&rows), outer(&frames)], cross: (crossed(&rows), cross), path };
-        // Two frames at rest: (1 + 1 1ᵀ/2)⁻¹ = 1 − 1 1ᵀ/5.
-        let stays = (left * frames.len() as f64, Vector3::repeat(0.2));
-        let stays = [stays.0, stays.1].map(|v| DVector::from_column_slice(v.as_slice()));
-        let stays = (stays[0].clone(), stays[1].clone());
+        let sums = |component: usize| {
+            let mut sums = Seen::default();
+            seen[component / 3].iter().for_each(|x| sums.add(x, left[component % 3]));
+            sums
+        };
+        let site = Site { drive: outer(&rows), seen: (0..6).map(sums).collect(), cross: crossed(&rows) };
+        // With r frames at rest and n seen (1 + 1 1ᵀ/r)⁻¹ = 1 − 1 1ᵀ/(r + n): two at rest.
+        let share = |m: usize| 1.0 / (2.0 + seen[m].len() as f64);
+        let stays = DVector::from_fn(6, |i, _| left[i % 3] * seen[i / 3].len() as f64);
+        let stays = (stays, DVector::from_fn(6, |i, _| share(i / 3)));
         let sums = Sums { sites: vec![site], weight: weight.clone(), stays };
 
-        let read = |maps: &Maps| -> Vec<(f64, f64)> {
-            let (force, markers) = &maps.0[0];
-            let mut all = Vec::new();
+        // Products over all rows, and for a marker's component less a share of that of the sums over its frames.
+        let product = |a: &Maps, b: &dyn Fn(Option<usize>, usize, &Vec3) -> f64| -> f64 {
+            let (force, markers) = &a.0[0];
+            let mut all = 0.0;
             for axis in 0..3 {
-                all.extend(rows.iter().map(|x| (weight.0[axis], (force.row(axis) * x)[0])));
-                all.extend(frames.iter().map(|x| (weight.1[axis], markers.row(axis).transpose().dot(x))));
+                let felt = |x: &Vec3| (force.row(axis) * x)[0] * b(None, axis, x);
+                all += weight.0[axis] * rows.iter().map(felt).sum::<f64>();
+                for (m, frames) in seen.iter().enumerate() {
+                    let row = 3 * m + axis;
+                    let own = |x: &Vec3| (markers.row(row) * x)[0];
+                    let by_frame: f64 = frames.iter().map(|x| own(x) * b(Some(m), axis, x)).sum();
+                    let (of_a, of_b): (f64, f64) =
+                        (frames.iter().map(own).sum(), frames.iter().map(|x| b(Some(m), axis, x)).sum());
+                    all += weight.1[row] * (by_frame - share(m) * of_a * of_b);
+                }
             }
             all
         };
-        // Products over all rows, and for a marker's component less a share of that of the sums over its frames.
-        let count = rows.len() + frames.len();
-        type Rows = [(f64, f64)];
-        let product = |a: &Rows, b: &Rows| -> f64 {
-            let one = |(a, b): (&Rows, &Rows)| {
-                let (own, seen) = (&a[..rows.len()], &a[rows.len()..]);
-                let by_row = own.iter().chain(seen).zip(b).map(|((w, x), (_, y))| w * x * y).sum::<f64>();
-                let sum = |of: &Rows| of[rows.len()..].iter().map(|(_, x)| x).sum::<f64>();
-                by_row - 0.2 * seen[0].0 * sum(a) * sum(b)
-            };
-            a.chunks(count).zip(b.chunks(count)).map(one).sum()
+        let read = |marker: Option<usize>, axis: usize, x: &Vec3| match marker {
+            None => (b.0[0].0.row(axis) * x)[0],
+            Some(m) => (b.0[0].1.row(3 * m + axis) * x)[0],
         };
-        let expected = product(&read(&a), &read(&b));
+        let expected = product(&a, &read);
         assert!((sums.weighed(&a).dot(&b.vector()) - expected).abs() < 1e-12 * expected.abs());
-        let residual: Vec<(f64, f64)> = (0..3 * count).map(|i| (0.0, left[i / count])).collect();
-        let pulled = product(&read(&a), &residual);
+        let pulled = product(&a, &|_, axis, _| left[axis]);
         assert!((sums.residual().dot(&a.vector()) - pulled).abs() < 1e-12 * pulled.abs());
+    }
+    /// An error that lasts takes off what all frames of a poke have in common, the more the larger it is: against the inverse covariance.
+    #[test]
+    fn an_error_that_lasts_is_weighed_by_its_covariance() {
+        let xs = [Vec3::new(2.0, 0.0, 1.0), Vec3::new(-1.0, 1.0, 1.0), Vec3::new(0.5, 0.2, 0.1)];
+        let residuals = Vec3::new(0.3, -0.2, 0.7);
+        let lasting = 0.4;
+        let covariance = Matrix3::identity() + Matrix3::repeat(lasting);
+        let precision = covariance.try_inverse().expect("positive definite");
+        let drives = Matrix3::from_columns(&xs).transpose();
+        let mut seen = Seen::default();
+        xs.iter().zip(residuals.iter()).for_each(|(x, r)| seen.add(x, *r));
+        let weighed = seen.weighed(lasting);
+        let ones = Vec3::repeat(1.0);
+        assert!((weighed.drive - drives.transpose() * precision * drives).amax() < 1e-12);
+        assert!((weighed.cross - drives.transpose() * precision * residuals).amax() < 1e-12);
+        assert!((weighed.path - drives.transpose() * precision * ones).amax() < 1e-12);
     }
 }
