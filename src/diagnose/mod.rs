@@ -15,7 +15,7 @@
 //! | `extra`, [`large`] | what is not linear in the displacement |
 //! | `hum`, `rest`, `lasting`, `creep` | how far the instruments' errors are from white |
 //! | `left`, `beyond`, `place` | what a reading leaves: when, where, in which channel, how plainly |
-//! | `verdict`, `parameters`, `spread`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
+//! | `verdict`, `confidence`, `parameters`, `spread`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
 //!
 //! Symbols: `C` compliance for a unit modulus (1/m), `𝓔` the hereditary modulus, `q` force of the tip (N), `f` forces of the
 //! restraint discs (N), `u` displacements (m), `J` derivative of the readings by the parameters.
@@ -25,6 +25,7 @@ mod beyond;
 mod body;
 pub mod bulk;
 mod camera;
+mod confidence;
 mod creep;
 mod curves;
 mod diagnosis;
@@ -68,6 +69,7 @@ mod undecided;
 mod uneven;
 mod verdict;
 
+pub use confidence::MOST_SURE;
 pub use diagnosis::{
     Candidate, Channel, Choice, Curve, Diagnosis, Estimate, Evidence, Found, Mismatch, NextPoke, Parameter,
     Phase, Progress, Reading, Region, Settings, Verdict,
@@ -77,4 +79,3 @@ pub use error::DiagnoseError;
 pub use large::StiffeningLaw;
 pub use physics::Physics;
 pub use run::diagnose;
-pub use verdict::MOST_SURE;

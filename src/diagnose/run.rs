@@ -209,17 +209,16 @@ impl Run<'_> {
         before: &Left,
         plain: f64,
     ) -> Result<Option<(Selection, Judged)>, DiagnoseError> {
-        let several = |t: &&Tried| t.physics.len() > 1 && t.physics.iter().all(|p| p.catalogued());
-        let whole = selection.chosen.map(|i| &selection.tried[i]).filter(several);
-        let Some((whole, plainest)) = whole.and_then(|w| Some((w, selection.part(w, 1)?))) else {
-            return Ok(None);
-        };
+        let several = |t: &Tried| t.physics.len() > 1 && t.physics.iter().all(|p| p.catalogued());
+        let whole = selection.chosen.filter(|&i| several(&selection.tried[i]));
+        let found = whole.and_then(|whole| Some((whole, selection.part(&selection.tried[whole], 1)?)));
+        let Some((whole, plainest)) = found else { return Ok(None) };
         let of_whole = model.exchange_correction(None);
         let mut fewer = Selection { chosen: Some(plainest), ..selection.clone() };
         fewer.tried[plainest].fitted = finished(model, fewer.tried[plainest].fitted.clone());
         match self.judged(model, &mut fewer, before, plain) {
             Ok(mut judged) if !judged.doubted() => {
-                judged.besides(&whole.physics);
+                judged.part_of(&fewer, whole);
                 Ok(Some((fewer, judged)))
             }
             Err(why) if !why.leaves_undecided() => Err(why),
@@ -345,11 +344,7 @@ fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Se
         }
     }
     // Whether what is doubted besides acts, and what is left of the reading without one of its effects.
-    let besides = &judged.besides;
-    let whole = |t: &&Tried| t.physics.len() == best.physics.len() + besides.len();
-    let holds = |t: &&Tried| best.physics.iter().chain(besides).all(|p| t.physics.contains(p));
-    let wholes = selection.tried.iter().filter(whole).filter(holds).filter(|_| !besides.is_empty());
-    if let Some(whole) = wholes.min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost)) {
+    if let Some(whole) = judged.whole.map(|i| &selection.tried[i]) {
         rivals.push((&whole.physics, &whole.fitted));
     }
     match selection.part(best, best.physics.len() - 1).map(|i| &selection.tried[i]) {

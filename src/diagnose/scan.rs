@@ -25,42 +25,50 @@ struct Site {
     cross: Matrix3<f64>,
 }
 
-/// Sums over the frames in which a marker component is seen.
+/// Sums over the frames in which a marker component is seen, weighed by the errors that last a poke.
 #[derive(Debug, Clone, Default)]
 struct Seen {
-    frames: f64,
     /// `Σ x xᵀ` (m²).
     drive: Matrix3<f64>,
     /// `Σ x` (m).
     path: Vector3<f64>,
-    /// `Σ r` (m).
-    residual: f64,
     /// `Σ r x` (m²).
     cross: Vector3<f64>,
 }
 
-impl Seen {
+/// Those of one poke, all frames alike.
+#[derive(Debug, Clone, Default)]
+struct InPoke {
+    frames: f64,
+    plain: Seen,
+    /// `Σ r` (m).
+    residual: f64,
+}
+
+impl InPoke {
     fn add(&mut self, x: &Vector3<f64>, residual: f64) {
         self.frames += 1.0;
-        self.drive += x * x.transpose();
-        self.path += x;
         self.residual += residual;
-        self.cross += x * residual;
+        self.plain.drive += x * x.transpose();
+        self.plain.path += x;
+        self.plain.cross += x * residual;
     }
 
     /// Weighed by an error that lasts over all these frames, of this variance over that of one:
     /// `(1 + ℓ 1 1ᵀ)⁻¹ = 1 − ℓ/(1 + ℓ n) 1 1ᵀ`.
-    fn weighed(self, lasting: f64) -> Self {
+    fn weighed(&self, lasting: f64) -> Seen {
+        let Seen { drive, path, cross } = &self.plain;
         let scale = (1.0 + lasting * self.frames).recip();
         let less = lasting * scale;
-        Self {
-            drive: self.drive - self.path * self.path.transpose() * less,
-            path: self.path * scale,
-            cross: self.cross - self.path * (self.residual * less),
-            ..self
+        Seen {
+            drive: drive - path * path.transpose() * less,
+            path: path * scale,
+            cross: cross - path * (self.residual * less),
         }
     }
+}
 
+impl Seen {
     /// Another poke at the same site.
     fn join(&mut self, other: &Self) {
         self.drive += other.drive;
@@ -329,8 +337,11 @@ fn derivatives(body: &Body, stiffness: &[Dual], log_modulus: f64, parameters: us
 
 /// Sums over the rows that count.
 fn sites(model: &Model<'_>, fitted: &Fitted, marched: &super::model::Marched) -> Vec<Site> {
-    let unseen = vec![Seen::default(); 3 * model.settled.evidence.rest.len()];
-    let none = || Site { drive: Matrix3::zeros(), seen: unseen.clone(), cross: Matrix3::zeros() };
+    let components = 3 * model.settled.evidence.rest.len();
+    let none = || {
+        let seen = vec![Seen::default(); components];
+        Site { drive: Matrix3::zeros(), seen, cross: Matrix3::zeros() }
+    };
     let lasting = model.lasting();
     let mut sites: Vec<Site> = (0..model.body.sites).map(|_| none()).collect();
     for track in &model.tracks {
@@ -348,7 +359,7 @@ fn sites(model: &Model<'_>, fitted: &Fitted, marched: &super::model::Marched) ->
                 }
             }
         }
-        let mut own = unseen.clone();
+        let mut own = vec![InPoke::default(); components];
         for frame in track.frames.iter().filter(|f| track.counts_at(f.time_s)) {
             let Some(rows) = model.marker_rows(track, frame, marched, share(1)) else { continue };
             let right = track.time_s.partition_point(|t| *t < frame.time_s).min(track.time_s.len() - 1);
@@ -390,9 +401,9 @@ mod tests {
         let outer = |of: &[Vec3]| of.iter().map(|x| x * x.transpose()).sum::<Matrix3<f64>>();
         let crossed = |of: &[Vec3]| of.iter().map(|x| left * x.transpose()).sum::<Matrix3<f64>>();
         let sums = |component: usize| {
-            let mut sums = Seen::default();
+            let mut sums = InPoke::default();
             seen[component / 3].iter().for_each(|x| sums.add(x, left[component % 3]));
-            sums
+            sums.weighed(0.0)
         };
         let site = Site { drive: outer(&rows), seen: (0..6).map(sums).collect(), cross: crossed(&rows) };
         // With r frames at rest and n seen (1 + 1 1ᵀ/r)⁻¹ = 1 − 1 1ᵀ/(r + n): two at rest.
@@ -437,7 +448,7 @@ mod tests {
         let covariance = Matrix3::identity() + Matrix3::repeat(lasting);
         let precision = covariance.try_inverse().expect("positive definite");
         let drives = Matrix3::from_columns(&xs).transpose();
-        let mut seen = Seen::default();
+        let mut seen = InPoke::default();
         xs.iter().zip(residuals.iter()).for_each(|(x, r)| seen.add(x, *r));
         let weighed = seen.weighed(lasting);
         let ones = Vec3::repeat(1.0);

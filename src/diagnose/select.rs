@@ -100,6 +100,11 @@ impl Selection {
         self.chosen.map_or(&self.base, |i| &self.tried[i].fitted)
     }
 
+    /// Whether any start of a change of the body was judged.
+    pub(super) fn body_was_looked_at(&self) -> bool {
+        self.screened.iter().any(|s| s.start.knobs.iter().any(|(knob, _)| matches!(knob, Knob::Bulk(_))))
+    }
+
     /// The best reading with so `many` of the effects of another, and no others: its index.
     pub(super) fn part(&self, whole: &Tried, many: usize) -> Option<usize> {
         let part = |t: &Tried| t.physics.len() == many && t.physics.iter().all(|p| whole.physics.contains(p));

@@ -1,6 +1,7 @@
-//! What is said, and how surely.
+//! What is said.
 
 use super::beyond::Beyond;
+use super::confidence::{LEAST_CONFIDENCE, PLAIN_SD, confidence, nothing_left_out, unlisted};
 use super::diagnosis::{Estimate, Evidence, Phase, Verdict};
 use super::extra::Shelf;
 use super::knob::Knob;
@@ -26,8 +27,8 @@ pub(super) struct Judged {
     pub remarks: Vec<String>,
     /// Whether it is explained, but by what is no entry of the catalogue.
     pub in_no_catalogue: bool,
-    /// What may act besides what is blamed, and is doubted.
-    pub besides: Vec<Physics>,
+    /// Index of the reading with what may act besides what is blamed, and is doubted.
+    pub whole: Option<usize>,
 }
 
 /// Readings whose sums of squares differ by less than this, or by this share of the gain, are not told apart.
@@ -41,9 +42,6 @@ pub(super) fn alike(gain: f64) -> f64 {
 
 /// A reading that removes less than this share of what was left beyond noise does not explain the recording.
 const EXPLAINS: f64 = 0.8;
-
-/// A reading less sure than this is not named.
-const LEAST_CONFIDENCE: f64 = 0.5;
 
 /// What gains so many times what is asked of it neither elements nor a zero that wanders have left, even where no mean shows it. Where nothing
 /// acts the most that was seen is 1.5 (drying, for a zero that wandered through a session).
@@ -76,6 +74,11 @@ pub(super) fn judge(
         evidence: None,
     };
     let mut remarks = model.remarks();
+    if model.lab().is_some() && !selection.body_was_looked_at() {
+        remarks.push(
+            "no change of the body was looked at: the baseline's normal equations have no answer".to_owned(),
+        );
+    }
     let mut in_no_catalogue = false;
     if let Some(chosen) = chosen {
         let others = others(selection, chosen);
@@ -109,6 +112,7 @@ pub(super) fn judge(
                     format!("leaves {:.0} % of what is beyond noise", 100.0 * (1.0 - evidence.explained))
                 }
                 Some(rival) => format!("is hardly told from {}", names(&rival.physics)),
+                None if evidence.effects > 2 => format!("takes {} effects for it", evidence.effects),
                 None => "explains hardly more than chance or elements can".to_owned(),
             };
             remarks.push(format!("{} comes closest, but {but}", names(&chosen.physics)));
@@ -155,7 +159,7 @@ pub(super) fn judge(
         remarks.push("the fit had not come to rest after its last step; its values may be off".to_owned());
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
-    Judged { detected, p_value, verdict, properties, remarks, in_no_catalogue, besides: Vec::new() }
+    Judged { detected, p_value, verdict, properties, remarks, in_no_catalogue, whole: None }
 }
 
 /// Whether a reading may be named.
@@ -186,19 +190,6 @@ const HARDLY_TOLD: f64 = 0.3;
 
 /// No reading is surer beside which something else may act.
 const NOT_ALONE: f64 = 0.85;
-
-/// Confidence that nothing is left out, where nothing is called: where what the baseline leaves is less than half of all noise leaves (of
-/// concealed draws 50 of 56 were right about it), and where it is more (3 of 7).
-fn nothing_left_out(p_value: f64) -> f64 {
-    let [nothing_shows, hardly] = NOTHING_LEFT_OUT;
-    if p_value > HARDLY_SHOWS { nothing_shows } else { hardly }
-}
-
-const NOTHING_LEFT_OUT: [f64; 2] = [0.95, 0.5];
-const HARDLY_SHOWS: f64 = 0.5;
-
-/// So many standard deviations are plain to see.
-const PLAIN_SD: f64 = 4.0;
 
 /// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first. Stiffening
 /// contains large strain.
@@ -231,43 +222,6 @@ fn without(selection: &Selection, plain: f64, chosen: &Tried, stays: impl Fn(&Ph
     let costs = selection.tried.iter().filter(same).map(|t| t.fitted.cost);
     costs.fold(plain.min(selection.base.cost), f64::min) - chosen.fitted.cost
 }
-
-/// Logistic in the evidence.
-fn confidence(evidence: &Evidence) -> f64 {
-    let [constant, by_explained, by_gain, by_margin] = LOGISTIC;
-    let score = constant
-        + by_explained * evidence.explained
-        + by_gain * evidence.gain.max(1.0).ln()
-        + by_margin * evidence.margin.sqrt()
-        + BY_THIRD * evidence.effects.saturating_sub(2) as f64;
-    // What is left over may be a second effect, or the trace of another first one.
-    let complete = MOST_SURE - PER_SD_LEFT * (evidence.left - HARDLY_LEFT_SD).max(0.0);
-    (1.0 / (1.0 + (-score).exp())).min(complete.max(LEAST_COMPLETE))
-}
-
-/// Confidence lost for every standard deviation left beyond so many, down to this.
-const PER_SD_LEFT: f64 = 0.03;
-const HARDLY_LEFT_SD: f64 = 3.0;
-const LEAST_COMPLETE: f64 = 0.55;
-
-/// Confidence that what no entry explains is none of the catalogue: where it is plain to see, and where it hardly shows, and an entry may have
-/// been too weak to be named.
-fn unlisted(before: &Beyond) -> f64 {
-    let [plain, hardly] = UNLISTED;
-    if before.deviations() > PLAIN_SD { plain } else { hardly }
-}
-
-const UNLISTED: [f64; 2] = [0.85, 0.4];
-
-/// No verdict is surer than this: what nobody has thought of is always possible.
-pub const MOST_SURE: f64 = 0.97;
-
-/// Coefficients: constant, share explained, logarithm of the gain, root of the margin. Set by hand; `prove` shows
-/// how well they are calibrated.
-const LOGISTIC: [f64; 4] = [-11.0, 9.0, 1.2, 4.0];
-
-/// For every effect beyond two: what is in no catalogue is taken for several that are.
-const BY_THIRD: f64 = -4.0;
 
 /// Names in a row.
 fn names(physics: &[Physics]) -> String {
@@ -318,11 +272,13 @@ impl Judged {
         self.verdict.physics.is_empty() && !self.in_no_catalogue
     }
 
-    /// Those of the effects `tried` that are not blamed may act besides.
-    pub(super) fn besides(&mut self, tried: &[Physics]) {
-        self.besides = tried.iter().copied().filter(|p| !self.verdict.physics.contains(p)).collect();
+    /// Those of the effects of the reading `whole` that are not blamed may act besides.
+    pub(super) fn part_of(&mut self, selection: &Selection, whole: usize) {
+        let effects = selection.tried[whole].physics.iter().copied();
+        let besides: Vec<Physics> = effects.filter(|p| !self.verdict.physics.contains(p)).collect();
+        self.whole = Some(whole);
         self.verdict.confidence = self.verdict.confidence.min(NOT_ALONE);
-        let said = format!("besides, {} may act: this recording does not settle that", names(&self.besides));
+        let said = format!("besides, {} may act: this recording does not settle that", names(&besides));
         self.remarks.push(said);
     }
 
@@ -386,7 +342,7 @@ impl Judged {
                 "given up: it could not have come close to what explains more".to_owned()
             }
             Some(chosen)
-                if !self.besides.is_empty() && chosen.physics.iter().all(|p| own.physics.contains(p)) =>
+                if self.whole.is_some() && chosen.physics.iter().all(|p| own.physics.contains(p)) =>
             {
                 "whether something acts besides is not settled".to_owned()
             }
@@ -440,8 +396,8 @@ mod tests {
     #[test]
     fn one_of_two_may_stand_alone() {
         let selection = selection();
-        let whole = selection.tried[0].clone();
-        assert_eq!((selection.part(&whole, 1), selection.part(&whole, 0)), (Some(1), None));
+        let whole = &selection.tried[0];
+        assert_eq!((selection.part(whole, 1), selection.part(whole, 0)), (Some(1), None));
         let verdict = Verdict {
             physics: vec![Physics::Drying],
             unexplained: false,
@@ -457,12 +413,11 @@ mod tests {
             properties,
             remarks,
             in_no_catalogue: false,
-            besides: Vec::new(),
+            whole: None,
         };
         assert!(!alone.doubted());
-        alone.besides(&whole.physics);
-        assert_eq!(alone.besides, [Physics::CameraLag]);
-        assert!(alone.remarks[0].contains("camera-lag may act"), "{:?}", alone.remarks);
+        alone.part_of(&selection, 0);
+        assert!(alone.remarks[0].contains("besides, camera-lag may act"), "{:?}", alone.remarks);
         assert!(alone.verdict.confidence <= NOT_ALONE);
         let fewer = Selection { chosen: Some(1), ..selection };
         assert_eq!(alone.why(&fewer, 0), alone.why(&fewer, 4));
@@ -492,35 +447,10 @@ mod tests {
         }
     }
 
-    /// Surer where the baseline leaves less than noise mostly does, and never surer than a reading.
-    #[test]
-    fn what_hardly_shows_is_doubted() {
-        assert!(nothing_left_out(0.8) > 0.9 && nothing_left_out(0.8) <= MOST_SURE);
-        assert_eq!(nothing_left_out(0.05), LEAST_CONFIDENCE);
-    }
-
     /// A camera's scale that earns 27 times what is asked acts, whether or not a gain beside it earns more than chance may.
     #[test]
     fn one_plain_effect_is_enough() {
         assert!(beyond_chance(&[27.0, 1.8]) && beyond_chance(&[1.8, 27.0]));
         assert!(!beyond_chance(&[1.8, 1.5]));
-    }
-
-    /// What explains everything, by far and alone, is as sure as anything; a rival as good, a trace left over and a third effect lower it.
-    #[test]
-    fn confidence_follows_the_evidence() {
-        let clear = Evidence { explained: 1.0, gain: 100.0, margin: 1.0, left: 0.0, effects: 1 };
-        assert_eq!(confidence(&clear), MOST_SURE);
-        assert!(confidence(&Evidence { gain: 10.0, ..clear }) > 0.9);
-        let doubts = [
-            Evidence { explained: 0.5, gain: 10.0, ..clear },
-            Evidence { gain: 1.0, margin: 0.5, ..clear },
-            Evidence { gain: 10.0, margin: 0.01, ..clear },
-            Evidence { left: 10.0, ..clear },
-            Evidence { gain: 3.0, effects: 3, ..clear },
-        ];
-        for doubt in doubts {
-            assert!(confidence(&doubt) < 0.9, "{doubt:?}: {}", confidence(&doubt));
-        }
     }
 }
