@@ -205,7 +205,7 @@ fn explained(at: &Linearised) -> bool {
     beyond_noise(at) < UNEXPLAINED_SD * (2.0 * at.residual.len() as f64).sqrt()
 }
 
-/// A patch that was missed promises to explain at least this share of what is left beyond noise: another cause would leave most.
+/// A patch that was missed, or is in the way, explains at least this share of what is left beyond noise: another cause would leave most.
 const MISSED_SHARE: f64 = 0.5;
 
 /// With the patch that the search missed: where a settled fit leaves more than noise, and with one more patch it does
@@ -230,10 +230,8 @@ pub(super) fn with_missed(
         return Ok(None);
     }
     let mut looking = Looking { problem, finer: Some(finer), patch_radius_m, candidates };
-    let grown = match looking.grown(at, MISSED_SHARE * beyond_noise(at))? {
-        Some(grown) => Some(looking.settle_glue(grown)?).filter(explained),
-        None => None,
-    };
+    let missed = MISSED_SHARE * beyond_noise(at);
+    let grown = looking.grown(at, missed)?.filter(explained);
     if grown.is_none() {
         problem.correction = correction;
     }
@@ -265,40 +263,90 @@ impl Looking<'_, '_> {
         let mut at = pruned(self.problem, at)?;
         let mut changes = before - at.state.patches.len();
         for _ in 0..ROUNDS {
-            let mends_the_model = self.finer.is_some() && unit(&at) > WRONG;
+            let wrong = unit(&at) > WRONG;
+            let mends_the_model = self.finer.is_some() && wrong;
             if mends_the_model {
                 break;
             }
             let enough = worthwhile(self.problem, &at)?;
-            let Some(grown) = self.grown(&at, enough)? else { break };
-            at = self.settle_glue(grown)?;
-            at = pruned(self.problem, at)?;
+            let missed = enough.max(MISSED_SHARE * beyond_noise(&at));
+            let changed = match self.grown(&at, enough)? {
+                None if wrong && at.state.patches.is_empty() => self.grown_in_full(&at, missed)?,
+                None if wrong => self.freed(&at, missed)?,
+                grown => grown,
+            };
+            let Some(changed) = changed else { break };
+            at = pruned(self.problem, changed)?;
             changes += 1;
         }
         Ok((at, changes))
     }
 
-    /// With one more patch, where one lowers the sum of squares by `enough`.
-    fn grown(&mut self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
-        // A patch has three parameters; what is left must still be judged.
+    /// With one patch less, where the others then lower the sum of squares by `enough`. What was found first stood for several places at
+    /// once: it may have become glue since, or gone to an edge, and holds the others where they are.
+    fn freed(&self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
+        let mut best: Option<Linearised> = None;
+        for p in 0..at.state.patches.len() {
+            let mut state = at.state.clone();
+            state.patches.remove(p);
+            let lowest = best.as_ref().map_or(at.chi2() - enough, Linearised::chi2);
+            let less = where_answered(descend(self.problem, &state, ROUGH))?;
+            best = less.map(|descent| descent.at).filter(|less| less.chi2() < lowest).or(best);
+        }
+        Ok(best)
+    }
+
+    /// Whether one more patch may be had: it has three parameters, and what is left must still be judged.
+    fn full(at: &Linearised) -> bool {
         let spare = at.residual.len().saturating_sub(at.parameters.len());
-        if at.state.patches.len() >= MOST_PATCHES || spare <= 3 {
+        at.state.patches.len() >= MOST_PATCHES || spare <= 3
+    }
+
+    /// With one more patch, where one promises at first order to lower the sum of squares by `enough`, and does.
+    fn grown(&mut self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
+        if Self::full(at) {
             return Ok(None);
         }
-        let Some((best, promised)) = best_candidate(self.problem, at, self.candidates)? else {
+        match best_candidate(self.problem, at, self.candidates)? {
+            Some((best, promised)) if promised >= enough => self.grown_at(at, best, enough),
+            _ => Ok(None),
+        }
+    }
+
+    /// With a first patch where springs as stiff as the phantom under them lower the sum of squares most. Glue that a tenth of the modulus can
+    /// stand for hardly shows at first order: weak springs do not come near what the modulus has taken up.
+    fn grown_in_full(&mut self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
+        if Self::full(at) {
             return Ok(None);
+        }
+        let left = |candidate: &Candidate| {
+            let state = self.with(&at.state, candidate);
+            let with = self.problem.mount(&state.patches);
+            let with = with.and_then(|mounted| with_modulus(self.problem, &mounted, state.modulus));
+            Ok(where_answered(with)?.map_or(f64::INFINITY, |(chi2, _)| chi2))
         };
-        if promised < enough {
-            return Ok(None);
-        }
-        let mut state = at.state.clone();
-        let [_, local] = disc_self_compliance(self.patch_radius_m, self.problem.bench.model.poisson_ratio());
-        state.patches.push(Restraint {
-            centre: self.candidates[best].centre,
-            radius_m: self.patch_radius_m,
-            softness: local,
-            glued: false,
-        });
+        let left: Result<Vec<f64>, InverseError> = self.candidates.par_iter().map(left).collect();
+        let best = left?.into_iter().enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or(Ok(None), |(best, _)| self.grown_at(at, best, enough))
+    }
+
+    /// A state with springs at a candidate place, as stiff as the phantom under them.
+    fn with(&self, state: &State, candidate: &Candidate) -> State {
+        let [_, softness] =
+            disc_self_compliance(self.patch_radius_m, self.problem.bench.model.poisson_ratio());
+        let springs =
+            Restraint { centre: candidate.centre, radius_m: self.patch_radius_m, softness, glued: false };
+        State { patches: state.patches.iter().cloned().chain([springs]).collect(), ..*state }
+    }
+
+    /// With one more patch, at first at a candidate place.
+    fn grown_at(
+        &mut self,
+        at: &Linearised,
+        candidate: usize,
+        enough: f64,
+    ) -> Result<Option<Linearised>, InverseError> {
+        let state = self.with(&at.state, &self.candidates[candidate]);
         let before = self.problem.correction.take();
         if where_answered(self.correct(&state.patches))?.is_none() {
             self.problem.correction = before;
@@ -310,7 +358,7 @@ impl Looking<'_, '_> {
             && at.chi2() - grown.chi2() >= enough
             && apart(self.problem, &grown.state.patches)
         {
-            return Ok(Some(grown));
+            return self.settle_glue(grown).map(Some);
         }
         self.problem.correction = before;
         Ok(None)
