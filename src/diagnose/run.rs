@@ -126,12 +126,13 @@ impl Run<'_> {
         let readings = worth_it(model, &selection);
         let before = plain.unwrap_or(Explained { model, fitted: &selection.base });
         let before = Beyond::noise(&left(before.model, before.fitted)?);
+        let acting = readings.first().map_or(0, |tried| tried.physics.len());
         // What no entry comes close to no restraint brings close.
+        let asked = if acting == MOST { WORTH_IT_AT_MOST } else { WORTH_IT };
         let hopeless = match readings.first() {
-            Some(best) => before.explained(&Beyond::noise(&left(model, &best.fitted)?)) < WORTH_IT,
+            Some(best) => before.explained(&Beyond::noise(&left(model, &best.fitted)?)) < asked,
             None => true,
         };
-        let acting = readings.first().map_or(0, |tried| tried.physics.len());
         let done = look + 1 == LOOKS.len() || acting == effects;
         if done || hopeless || selection.leaves_nothing(model).ok_or(DiagnoseError::Singular)? {
             self.select(model, &mut selection, MOST)?;
@@ -281,8 +282,9 @@ impl Run<'_> {
     }
 }
 
-/// Share of what is beyond noise that a reading must explain for restraint to be looked for anew.
+/// Share of what is beyond noise that a reading must explain for restraint to be looked for anew; and one with as many effects as may act.
 const WORTH_IT: f64 = 0.3;
+const WORTH_IT_AT_MOST: f64 = 0.8;
 
 /// What explains less no finer elements bring close.
 const WORTH_RESOLVING: f64 = 0.5;
