@@ -3,7 +3,7 @@
 #
 # All need Rust, make and a C compiler. What they need besides is installed by apt when it is missing and apt is there. Without OpenCV
 # the program is built without depth cameras; without Chromium the tests concerned say that they were skipped.
-.PHONY: demo test computing waiting prove opencv chromium
+.PHONY: demo test computing fitting waiting prove opencv chromium
 
 # A bench that nobody has seen: SEED=… draws one again.
 DEMO := target/demo
@@ -75,7 +75,7 @@ waiting:
 	$(call aside,RUST_TEST_THREADS=4 $(TEST) $(WAITING:%=--test %))
 
 # Runs $(1) with what it says in a file.
-aside = @echo "Other tests run beside these: see target/$@.log"; { $(1); } >target/$@.log 2>&1 || { echo "Some of them failed: see target/$@.log"; exit 1; }
+aside = @echo "Other tests run beside these: see target/$@.log"; mkdir -p target; { $(1); } >target/$@.log 2>&1 || { echo "Some of them failed: see target/$@.log"; exit 1; }
 
 # Installs Debian's packages in $$1, and says $$2 if that fails.
 INSTALL = install() { \

@@ -28,7 +28,7 @@ use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend};
 use super::select::{MOST, Selection, Tried, finished, select};
 use super::undecided::undecided;
-use super::verdict::{Judged, judge, others};
+use super::verdict::{EXPLAINS, Judged, judge, others};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
 
@@ -128,7 +128,7 @@ impl Run<'_> {
         let before = Beyond::noise(&left(before.model, before.fitted)?);
         let acting = readings.first().map_or(0, |tried| tried.physics.len());
         // What no entry comes close to no restraint brings close.
-        let asked = if acting == MOST { WORTH_IT_AT_MOST } else { WORTH_IT };
+        let asked = if acting == MOST { EXPLAINS } else { WORTH_IT };
         let hopeless = match readings.first() {
             Some(best) => before.explained(&Beyond::noise(&left(model, &best.fitted)?)) < asked,
             None => true,
@@ -282,9 +282,9 @@ impl Run<'_> {
     }
 }
 
-/// Share of what is beyond noise that a reading must explain for restraint to be looked for anew; and one with as many effects as may act.
+/// Share of what is beyond noise that a reading must explain for restraint to be looked for anew; one with as many effects as may act must
+/// explain what a verdict asks for.
 const WORTH_IT: f64 = 0.3;
-const WORTH_IT_AT_MOST: f64 = 0.8;
 
 /// What explains less no finer elements bring close.
 const WORTH_RESOLVING: f64 = 0.5;

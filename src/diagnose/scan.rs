@@ -25,7 +25,7 @@ struct Site {
     cross: Matrix3<f64>,
 }
 
-/// Sums over the frames in which a marker component is seen, weighed by the errors that last a poke.
+/// Sums over the frames in which a marker component is seen.
 #[derive(Debug, Clone, Default)]
 struct Seen {
     /// `Σ x xᵀ` (m²).
@@ -36,7 +36,7 @@ struct Seen {
     cross: Vector3<f64>,
 }
 
-/// Those of one poke, all frames alike.
+/// Those of one poke, not weighed yet by the errors that last it.
 #[derive(Debug, Clone, Default)]
 struct InPoke {
     frames: f64,

@@ -41,7 +41,7 @@ pub(super) fn alike(gain: f64) -> f64 {
 }
 
 /// A reading that removes less than this share of what was left beyond noise does not explain the recording.
-const EXPLAINS: f64 = 0.8;
+pub(super) const EXPLAINS: f64 = 0.8;
 
 /// What gains so many times what is asked of it neither elements nor a zero that wanders have left, even where no mean shows it. Where nothing
 /// acts the most that was seen is 1.5 (drying, for a zero that wandered through a session).
@@ -76,7 +76,7 @@ pub(super) fn judge(
     let mut remarks = model.remarks();
     if model.lab().is_some() && !selection.body_was_looked_at() {
         remarks.push(
-            "no change of the body was looked at: the baseline's normal equations have no answer".to_owned(),
+            "no change of the body could be judged: debonding, inclusions, anisotropy, Poisson's ratio, a base that gives".to_owned(),
         );
     }
     let mut in_no_catalogue = false;

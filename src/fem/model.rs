@@ -214,8 +214,8 @@ impl Model {
             }
             own
         };
-        let of_cells: Vec<Vec<Coupled>> = touching.par_iter().map(of_cell).collect();
-        let mut all: Vec<Coupled> = of_cells.into_iter().flatten().collect();
+        // By one thread: who waits for it must not take up another solve, which would wait for itself.
+        let mut all: Vec<Coupled> = touching.iter().flat_map(of_cell).collect();
         all.sort_by_key(|&(free, held, _)| (free, held));
         all.dedup_by(|next, sum| {
             let same = (next.0, next.1) == (sum.0, sum.1);

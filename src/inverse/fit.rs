@@ -114,7 +114,7 @@ pub fn settled<T, E: From<InverseError>>(
     let mut finest = None;
     let first = rayon::in_place_scope(|scope| {
         if !settings.quick {
-            // The search needs one core at most: the finer elements are made meanwhile.
+            // The search hardly fills one core: the finer elements are made meanwhile.
             scope.spawn(|_| finest = Some(finer(recording, &evidence, &tips, settings)));
         }
         search(&mut problem, None, &start, radius, &places, &mut tell)

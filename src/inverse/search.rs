@@ -27,7 +27,7 @@ const SIGNIFICANT: f64 = 30.0;
 const WORTHWHILE_SHARE: f64 = 4e-4;
 
 /// What the model gets wrong leaves more than this per reading: patches found on fine elements, but not before, would only
-/// mend it.
+/// mend it. On the first elements something may have been missed then.
 const WRONG: f64 = 2.0;
 
 /// While patches come and go a descent may end when it promises less than this: far less than a patch must bring.
@@ -167,7 +167,7 @@ pub fn search(
     candidates: &[Candidate],
     tell: &mut impl FnMut(&Linearised),
 ) -> Result<Linearised, InverseError> {
-    let mut looking = Looking { problem, finer, patch_radius_m, candidates };
+    let mut looking = Looking { problem, finer, patch_radius_m, candidates, nothing_missed: false };
     looking.correct(&start.patches)?;
     let mut at = refit(looking.problem, start)?;
     let mut rounds = 0;
@@ -205,7 +205,7 @@ fn explained(at: &Linearised) -> bool {
     beyond_noise(at) < UNEXPLAINED_SD * (2.0 * at.residual.len() as f64).sqrt()
 }
 
-/// A patch that was missed, or is in the way, explains at least this share of what is left beyond noise: another cause would leave most.
+/// A patch that was missed explains at least this share of what is left beyond noise, or one in the way lets others do so: another cause would leave most.
 const MISSED_SHARE: f64 = 0.5;
 
 /// With the patch that the search missed: where a settled fit leaves more than noise, and with one more patch it does
@@ -229,7 +229,8 @@ pub(super) fn with_missed(
         problem.correction = correction;
         return Ok(None);
     }
-    let mut looking = Looking { problem, finer: Some(finer), patch_radius_m, candidates };
+    let mut looking =
+        Looking { problem, finer: Some(finer), patch_radius_m, candidates, nothing_missed: false };
     let missed = MISSED_SHARE * beyond_noise(at);
     let grown = looking.grown(at, missed)?.filter(explained);
     if grown.is_none() {
@@ -244,6 +245,8 @@ struct Looking<'s, 'p> {
     finer: Option<&'s Finer>,
     patch_radius_m: f64,
     candidates: &'s [Candidate],
+    /// Whether [`missing`](Self::missing) found nothing since patches last changed.
+    nothing_missed: bool,
 }
 
 impl Looking<'_, '_> {
@@ -271,10 +274,10 @@ impl Looking<'_, '_> {
             let enough = worthwhile(self.problem, &at)?;
             let missed = enough.max(MISSED_SHARE * beyond_noise(&at));
             let changed = match self.grown(&at, enough)? {
-                None if wrong && at.state.patches.is_empty() => self.grown_in_full(&at, missed)?,
-                None if wrong => self.freed(&at, missed)?,
+                None if wrong && !self.nothing_missed => self.missing(&at, missed)?,
                 grown => grown,
             };
+            self.nothing_missed = wrong && changed.is_none();
             let Some(changed) = changed else { break };
             at = pruned(self.problem, changed)?;
             changes += 1;
@@ -282,21 +285,31 @@ impl Looking<'_, '_> {
         Ok((at, changes))
     }
 
-    /// With one patch less, where the others then lower the sum of squares by `enough`. What was found first stood for several places at
+    /// Where much is left that no patch promises to explain at first order: with a first patch of stiff springs, or with one patch less,
+    /// where that makes it better by `enough`.
+    fn missing(&mut self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
+        match at.state.patches.is_empty() {
+            true => self.grown_stiff(at, enough),
+            false => self.freed(at, enough),
+        }
+    }
+
+    /// With one patch less, where the others are then better by `enough`. What was found first stood for several places at
     /// once: it may have become glue since, or gone to an edge, and holds the others where they are.
-    fn freed(&self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
+    fn freed(&mut self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
         let mut best: Option<Linearised> = None;
         for p in 0..at.state.patches.len() {
             let mut state = at.state.clone();
             state.patches.remove(p);
             let lowest = best.as_ref().map_or(at.chi2() - enough, Linearised::chi2);
             let less = where_answered(descend(self.problem, &state, ROUGH))?;
-            best = less.map(|descent| descent.at).filter(|less| less.chi2() < lowest).or(best);
+            let better = |less: &Linearised| less.chi2() < lowest && apart(self.problem, &less.state.patches);
+            best = less.map(|descent| descent.at).filter(better).or(best);
         }
-        Ok(best)
+        best.map(|less| self.settle_glue(less)).transpose()
     }
 
-    /// Whether one more patch may be had: it has three parameters, and what is left must still be judged.
+    /// Whether no more patch may be had: one has three parameters, and what is left must still be judged.
     fn full(at: &Linearised) -> bool {
         let spare = at.residual.len().saturating_sub(at.parameters.len());
         at.state.patches.len() >= MOST_PATCHES || spare <= 3
@@ -315,7 +328,7 @@ impl Looking<'_, '_> {
 
     /// With a first patch where springs as stiff as the phantom under them lower the sum of squares most. Glue that a tenth of the modulus can
     /// stand for hardly shows at first order: weak springs do not come near what the modulus has taken up.
-    fn grown_in_full(&mut self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
+    fn grown_stiff(&mut self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
         if Self::full(at) {
             return Ok(None);
         }
@@ -326,7 +339,8 @@ impl Looking<'_, '_> {
             Ok(where_answered(with)?.map_or(f64::INFINITY, |(chi2, _)| chi2))
         };
         let left: Result<Vec<f64>, InverseError> = self.candidates.par_iter().map(left).collect();
-        let best = left?.into_iter().enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        let best = left?.into_iter().enumerate().filter(|(_, chi2)| *chi2 < at.chi2());
+        let best = best.min_by(|a, b| a.1.total_cmp(&b.1));
         best.map_or(Ok(None), |(best, _)| self.grown_at(at, best, enough))
     }
 
