@@ -3,7 +3,7 @@
 #
 # All need Rust, make and a C compiler. What they need besides is installed by apt when it is missing and apt is there. Without OpenCV
 # the program is built without depth cameras; without Chromium the tests concerned say that they were skipped.
-.PHONY: demo test computing fitting waiting prove opencv chromium
+.PHONY: demo test computing waiting prove opencv chromium
 
 # A bench that nobody has seen: SEED=… draws one again.
 DEMO := target/demo
@@ -43,7 +43,7 @@ test: opencv chromium
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets $(FEATURES) -- -D warnings
 	$(TEST) --no-run
-	@$(MAKE) --no-print-directory -j3 computing fitting waiting; code=$$?; cat $(ASIDE); exit $$code
+	@$(MAKE) --no-print-directory -j2 computing waiting; code=$$?; cat $(WAITED); exit $$code
 	RUST_TEST_THREADS=8 $(TEST) --lib -- $(IN_TIME)
 	RUST_TEST_THREADS=8 $(TEST) $(ALONE:%=--test %)
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps $(FEATURES)
@@ -54,28 +54,22 @@ TEST = cargo test --release --workspace $(FEATURES)
 IN_TIME := driver:: session::
 ALONE := devices rig
 
-# Tests that wait for pictures and a browser run beside all others, and those give way: in two lanes, so that one that is alone at the end of
-# a lane leaves no processor idle. What two of the three say can be read in files until all are done.
+# Tests that wait for pictures and a browser run beside all others, and those give way. What the waiting ones say can be read in a file
+# until both are done.
 GIVING_WAY := $(shell chrt -i 0 true 2>/dev/null && echo chrt -i 0 || echo nice -n 19)
+WAITED := target/waiting.log
 WAITING := camera page
-FITTING := pipeline
-COMPUTING := $(filter-out $(ALONE) $(WAITING) $(FITTING),$(basename $(notdir $(patsubst %/main.rs,%.rs, \
+COMPUTING := $(filter-out $(ALONE) $(WAITING),$(basename $(notdir $(patsubst %/main.rs,%.rs, \
 	$(foreach tests,tests firmware_proto/tests,$(wildcard $(tests)/*.rs $(tests)/*/main.rs))))))
-ASIDE := target/fitting.log target/waiting.log
 
 computing:
-	RUST_TEST_THREADS=2 $(GIVING_WAY) $(TEST) --lib -- $(IN_TIME:%=--skip %)
-	RUST_TEST_THREADS=2 $(GIVING_WAY) $(TEST) --bins $(COMPUTING:%=--test %)
+	RUST_TEST_THREADS=4 $(GIVING_WAY) $(TEST) --lib -- $(IN_TIME:%=--skip %)
+	RUST_TEST_THREADS=4 $(GIVING_WAY) $(TEST) --bins $(COMPUTING:%=--test %)
 	$(GIVING_WAY) $(TEST) --doc
 
-fitting:
-	$(call aside,RUST_TEST_THREADS=2 $(GIVING_WAY) $(TEST) $(FITTING:%=--test %))
-
 waiting:
-	$(call aside,RUST_TEST_THREADS=4 $(TEST) $(WAITING:%=--test %))
-
-# Runs $(1) with what it says in a file.
-aside = @echo "Other tests run beside these: see target/$@.log"; mkdir -p target; { $(1); } >target/$@.log 2>&1 || { echo "Some of them failed: see target/$@.log"; exit 1; }
+	@echo "Other tests run beside these: see $(WAITED)"
+	@RUST_TEST_THREADS=4 $(TEST) $(WAITING:%=--test %) >$(WAITED) 2>&1 || { echo "Some of them failed: see $(WAITED)"; exit 1; }
 
 # Installs Debian's packages in $$1, and says $$2 if that fails.
 INSTALL = install() { \

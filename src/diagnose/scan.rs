@@ -439,6 +439,7 @@ mod tests {
         let pulled = product(&a, &|_, axis, _| left[axis]);
         assert!((sums.residual().dot(&a.vector()) - pulled).abs() < 1e-12 * pulled.abs());
     }
+
     /// An error that lasts takes off what all frames of a poke have in common, the more the larger it is: against the inverse covariance.
     #[test]
     fn an_error_that_lasts_is_weighed_by_its_covariance() {

@@ -6,6 +6,7 @@
 //! 4. Take springs for glue where they explain the recording as well ([`sprung`](super::sprung)).
 //! 5. Say how surely, and what the recording cannot tell ([`outcome`](super::outcome)).
 
+use super::candidates::candidates;
 use super::discretised::{FIXED, finer, first_mesh, level, tips};
 use super::error::InverseError;
 use super::evidence::{Driven, Evidence};
@@ -13,7 +14,7 @@ use super::found::Ground;
 use super::outcome::{Elements, Settled, outcome};
 use super::problem::{Linearised, Problem, State};
 use super::result::Fit;
-use super::search::{candidates, search};
+use super::search::search;
 use super::tilt::turns_little;
 use crate::fem::{FemError, Order, coarseness};
 use crate::observation::Recording;
@@ -114,7 +115,7 @@ pub fn settled<T, E: From<InverseError>>(
     let mut finest = None;
     let first = rayon::in_place_scope(|scope| {
         if !settings.quick {
-            // The search hardly fills one core: the finer elements are made meanwhile.
+            // The search leaves cores idle: the finer elements are made meanwhile.
             scope.spawn(|_| finest = Some(finer(recording, &evidence, &tips, settings)));
         }
         search(&mut problem, None, &start, radius, &places, &mut tell)

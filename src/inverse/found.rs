@@ -1,5 +1,6 @@
 //! From what a search finds on the first discretisation to what a fit settles on; and restraint looked for anew, in other evidence.
 
+use super::candidates::Candidate;
 use super::discretised::{self, close_to_sides, tips};
 use super::error::InverseError;
 use super::evidence::Evidence;
@@ -10,7 +11,7 @@ use super::problem::{Linearised, Problem, State};
 use super::refit::where_answered;
 use super::residual::Whitening;
 use super::restraint::Restraint;
-use super::search::{Candidate, search, with_missed};
+use super::search::{search, with_missed};
 use super::sprung::with_springs;
 use crate::fem::Spot;
 use crate::observation::Recording;

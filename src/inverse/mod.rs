@@ -8,6 +8,7 @@
 //! `C` compliance for a unit modulus (1/m).
 
 mod blocks;
+mod candidates;
 mod condensed;
 pub mod dead_load;
 mod discretised;
@@ -39,6 +40,7 @@ mod tilt;
 mod view;
 
 pub use blocks::{Bench, Blocks, SiteBlocks, TipResponse};
+pub use candidates::{Candidate, candidates};
 pub use condensed::{Condensed, Loaded};
 pub use discretised::{cut_finer, finer_level};
 pub use error::InverseError;
@@ -59,5 +61,5 @@ pub use restraint::{Mounted, Restraint};
 pub use result::{
     Discretisation, Estimate, Fit, FitMethod, MarkerView, Patch, PatchKind, PokeView, Residual, Sample,
 };
-pub use search::{Candidate, candidates, search};
+pub use search::search;
 pub use solve_error::SolveError;

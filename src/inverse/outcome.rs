@@ -1,5 +1,6 @@
 //! From a converged state to what is reported: deviations, bounds, what is left, and what cannot be told.
 
+use super::candidates::Candidate;
 use super::error::InverseError;
 use super::evidence::Evidence;
 use super::fit::Settings;
@@ -9,7 +10,7 @@ use super::problem::{Linearised, Parameter, Problem};
 use super::restraint::{Mounted, Restraint};
 use super::result::{Discretisation, Estimate, Fit, FitMethod, Patch, PatchKind};
 use super::rows::{Left, leftovers};
-use super::search::{Candidate, MOST_PATCHES};
+use super::search::MOST_PATCHES;
 use super::view::poke_views;
 use crate::fem::{Order, disc_self_compliance};
 use crate::geometry::Vec3;

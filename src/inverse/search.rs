@@ -6,15 +6,15 @@
 //! slide on the surface instead of sitting on its nodes, so that neither the mesh's nodes nor the shrinkage of l1
 //! shows in the answer. A place is added only when it is significant after the whole search surface was looked at.
 
+use super::candidates::{Candidate, best_candidate};
 use super::error::InverseError;
-use super::forward::{Change, Forward, NewDisc};
 use super::limit::{Finer, UNRESTED_ROUNDS};
 use super::problem::{Linearised, Parameter, Problem, State};
 use super::refit::{Descent, GOOD_ENOUGH, descend, descend_below, refit, settled, unit, where_answered};
 use super::restraint::{Mounted, Restraint};
-use crate::fem::{Spot, disc_self_compliance};
+use crate::fem::disc_self_compliance;
 use crate::geometry::Vec3;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 /// A patch must lower the sum of squares by this much, in units of what is left per reading: it has three
@@ -39,122 +39,6 @@ pub(super) const MOST_PATCHES: usize = 6;
 /// Patches are added this often at most, also when others are taken out in turn.
 const ROUNDS: usize = 2 * MOST_PATCHES;
 
-/// A candidate place for restraint.
-pub struct Candidate {
-    /// Its disc.
-    pub spot: Spot,
-    /// Its centre (m).
-    pub centre: Vec3,
-    /// Compliance with tips and markers: what [`NewDisc`] needs besides the discs already there.
-    tip: Vec<DMatrix<f64>>,
-    under_tip: Vec<DMatrix<f64>>,
-    markers: DMatrix<f64>,
-    weight: DMatrix<f64>,
-}
-
-/// Candidate discs of `radius_m` about `spacing_m` apart on the search surface, wholly on the body.
-pub fn candidates(
-    problem: &Problem<'_>,
-    radius_m: f64,
-    spacing_m: f64,
-) -> Result<Vec<Candidate>, InverseError> {
-    let space = problem.bench.model.space();
-    let mut centres: Vec<Vec3> = Vec::new();
-    for &face in &problem.search {
-        let triangle = space.face_triangle(face);
-        // Corners, edge midpoints and centroid of every face, thinned to the spacing.
-        for l in [
-            [1.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0],
-            [0.0, 0.0, 1.0],
-            [0.5, 0.5, 0.0],
-            [0.0, 0.5, 0.5],
-            [0.5, 0.0, 0.5],
-        ]
-        .into_iter()
-        .chain([[1.0 / 3.0; 3]])
-        {
-            let p = triangle.at(l);
-            if centres.iter().all(|c| (c - p).norm() >= spacing_m) {
-                centres.push(p);
-            }
-        }
-    }
-    let made: Result<Vec<Option<Candidate>>, InverseError> = centres
-        .par_iter()
-        .map(|centre| {
-            let spot = Spot::disc(space, &problem.search, centre, radius_m)?;
-            if !spot.wholly_on_body() {
-                return Ok(None);
-            }
-            let mut tip = Vec::new();
-            let mut under_tip = Vec::new();
-            for response in problem.bench.tip_responses() {
-                let under = response.at(&spot);
-                tip.push(under.columns(0, response.seen()).transpose());
-                under_tip.push(under);
-            }
-            let mut markers = DMatrix::zeros(3 * problem.adjoint.len(), 3);
-            for (m, response) in problem.adjoint.iter().enumerate() {
-                markers.rows_mut(3 * m, 3).copy_from(&response.at(&spot).transpose());
-            }
-            let mut weight = DMatrix::zeros(3, 1);
-            if let Some(nodal) = problem.bench.weight_field() {
-                weight.column_mut(0).copy_from(&spot.of(nodal));
-            }
-            Ok(Some(Candidate { centre: *centre, spot, tip, under_tip, markers, weight }))
-        })
-        .collect();
-    Ok(made?.into_iter().flatten().collect())
-}
-
-/// The best candidate after what modulus and patches can absorb: its index and the promised gain.
-pub(super) fn best_candidate(
-    problem: &Problem<'_>,
-    at: &Linearised,
-    candidates: &[Candidate],
-) -> Result<Option<(usize, f64)>, InverseError> {
-    // Candidates are not corrected: their part is judged among compliances that are not either.
-    let blocks = problem.bench.blocks(&at.mounted.discs);
-    let Some(forward) = Forward::new(&blocks, &at.mounted.groups, at.state.modulus, problem.evidence.driven)
-    else {
-        return Ok(None);
-    };
-    let absorbed = at.jacobian.clone().qr().q();
-    let left = &at.residual - &absorbed * (absorbed.transpose() * &at.residual);
-    let gains: Vec<f64> = candidates
-        .par_iter()
-        .map(|candidate| {
-            let mut discs = DMatrix::zeros(3 * at.mounted.discs.len(), 3);
-            for (d, disc) in at.mounted.discs.iter().enumerate() {
-                discs.rows_mut(3 * d, 3).copy_from(&disc.response.at(&candidate.spot).transpose());
-            }
-            let new = NewDisc {
-                tip: candidate.tip.clone(),
-                under_tip: candidate.under_tip.clone(),
-                markers: candidate.markers.clone(),
-                discs,
-                weight: candidate.weight.clone(),
-            };
-            let Some(derivative) = forward.derivative(&Change::NewDisc(&new)) else { return 0.0 };
-            let sensitivity = problem.whitening.sensitivity(&derivative);
-            let own = &sensitivity - &absorbed * (absorbed.transpose() * &sensitivity);
-            let along = own.dot(&left);
-            if along > 0.0 && own.norm_squared() > 1e-12 * sensitivity.norm_squared() {
-                along * along / own.norm_squared()
-            } else {
-                0.0
-            }
-        })
-        .collect();
-    Ok(gains
-        .iter()
-        .enumerate()
-        .filter(|(_, g)| **g > 0.0)
-        .max_by(|a, b| a.1.total_cmp(b.1))
-        .map(|(i, g)| (i, *g)))
-}
-
 /// Finds modulus and patches from `start`, in the limit of fine elements when `finer` ones are given.
 ///
 /// Patches are added and taken out until nothing changes; then the weights and the correction are renewed at what was
@@ -167,7 +51,7 @@ pub fn search(
     candidates: &[Candidate],
     tell: &mut impl FnMut(&Linearised),
 ) -> Result<Linearised, InverseError> {
-    let mut looking = Looking { problem, finer, patch_radius_m, candidates, nothing_missed: false };
+    let mut looking = Looking::new(problem, finer, patch_radius_m, candidates);
     looking.correct(&start.patches)?;
     let mut at = refit(looking.problem, start)?;
     let mut rounds = 0;
@@ -205,7 +89,8 @@ fn explained(at: &Linearised) -> bool {
     beyond_noise(at) < UNEXPLAINED_SD * (2.0 * at.residual.len() as f64).sqrt()
 }
 
-/// A patch that was missed explains at least this share of what is left beyond noise, or one in the way lets others do so: another cause would leave most.
+/// A patch that was missed explains at least this share of what is left beyond noise, or one in the way lets others do so: another
+/// cause would leave most.
 const MISSED_SHARE: f64 = 0.5;
 
 /// With the patch that the search missed: where a settled fit leaves more than noise, and with one more patch it does
@@ -229,8 +114,7 @@ pub(super) fn with_missed(
         problem.correction = correction;
         return Ok(None);
     }
-    let mut looking =
-        Looking { problem, finer: Some(finer), patch_radius_m, candidates, nothing_missed: false };
+    let mut looking = Looking::new(problem, Some(finer), patch_radius_m, candidates);
     let missed = MISSED_SHARE * beyond_noise(at);
     let grown = looking.grown(at, missed)?.filter(explained);
     if grown.is_none() {
@@ -249,7 +133,16 @@ struct Looking<'s, 'p> {
     nothing_missed: bool,
 }
 
-impl Looking<'_, '_> {
+impl<'s, 'p> Looking<'s, 'p> {
+    fn new(
+        problem: &'s mut Problem<'p>,
+        finer: Option<&'s Finer>,
+        patch_radius_m: f64,
+        candidates: &'s [Candidate],
+    ) -> Self {
+        Self { problem, finer, patch_radius_m, candidates, nothing_missed: false }
+    }
+
     /// Corrects the model for patches where they are, when there are finer elements to correct it by. Elements err
     /// much alike wherever the body is loaded (most of it comes from the end of the glue), and that cancels when all
     /// compliances have it: a patch that is not corrected among others that are would be worse than none corrected.
@@ -265,6 +158,7 @@ impl Looking<'_, '_> {
         let before = at.state.patches.len();
         let mut at = pruned(self.problem, at)?;
         let mut changes = before - at.state.patches.len();
+        self.nothing_missed &= changes == 0;
         for _ in 0..ROUNDS {
             let wrong = unit(&at) > WRONG;
             let mends_the_model = self.finer.is_some() && wrong;
@@ -272,9 +166,8 @@ impl Looking<'_, '_> {
                 break;
             }
             let enough = worthwhile(self.problem, &at)?;
-            let missed = enough.max(MISSED_SHARE * beyond_noise(&at));
             let changed = match self.grown(&at, enough)? {
-                None if wrong && !self.nothing_missed => self.missing(&at, missed)?,
+                None if wrong && !self.nothing_missed => self.missing(&at, enough)?,
                 grown => grown,
             };
             self.nothing_missed = wrong && changed.is_none();
@@ -286,8 +179,9 @@ impl Looking<'_, '_> {
     }
 
     /// Where much is left that no patch promises to explain at first order: with a first patch of stiff springs, or with one patch less,
-    /// where that makes it better by `enough`.
+    /// where that makes it better by `enough` and explains a good part.
     fn missing(&mut self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
+        let enough = enough.max(MISSED_SHARE * beyond_noise(at));
         match at.state.patches.is_empty() {
             true => self.grown_stiff(at, enough),
             false => self.freed(at, enough),
