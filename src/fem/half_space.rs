@@ -11,7 +11,7 @@
 //! (3.19) and (3.75); discs follow by integration over their area.
 
 use super::element::gauss_legendre;
-use super::punch;
+use super::{even, punch};
 use crate::geometry::{Mat3, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -191,16 +191,10 @@ impl LoadedDisc {
     pub fn displacement(&self, r: &Vec3) -> Mat3 {
         if r.z.abs() <= 1e-9 * self.radius {
             return match self.profile {
-                // Far away the rule over the disc is as good and takes fewer points.
-                Profile::Uniform if r.x.hypot(r.y) < 4.5 * self.radius => self.surface_displacement(r),
-                Profile::Uniform => self.summed_displacement(r),
+                Profile::Uniform => even::surface_displacement(self.radius, self.poisson_ratio, r),
                 Profile::Rigid => punch::surface_displacement(self.radius, self.poisson_ratio, r),
             };
         }
-        self.summed_displacement(r)
-    }
-
-    fn summed_displacement(&self, r: &Vec3) -> Mat3 {
         let mut sum = Mat3::zeros();
         self.integrate(r, |from, weight| sum += point_displacement(&from, self.poisson_ratio) * weight);
         sum
@@ -217,56 +211,12 @@ impl LoadedDisc {
         sum
     }
 
-    /// Derivatives along the two tangential axes at a point of the surface away from the rim: for the uniform
-    /// profile by the divergence theorem an integral around the rim: `∂ₖ ∫ G = −∮ G nₖ ds`.
+    /// Derivatives along the two tangential axes at a point of the surface away from the rim.
     pub fn surface_gradient(&self, r: &Vec3) -> [Mat3; 2] {
-        if self.profile == Profile::Rigid {
-            return punch::surface_gradient(self.radius, self.poisson_ratio, r);
+        match self.profile {
+            Profile::Uniform => even::surface_gradient(self.radius, self.poisson_ratio, r),
+            Profile::Rigid => punch::surface_gradient(self.radius, self.poisson_ratio, r),
         }
-        let distance = (r.x.hypot(r.y) - self.radius).abs().max(1e-3 * self.radius);
-        // The trapezoidal rule on a circle converges like exp(−n · distance / radius).
-        let n = ((40.0 * self.radius / distance) as usize).clamp(64, 8192);
-        let mut sum = [Mat3::zeros(); 2];
-        for i in 0..n {
-            let (sin, cos) = (TAU * i as f64 / n as f64).sin_cos();
-            let from = Vec3::new(r.x - self.radius * cos, r.y - self.radius * sin, 0.0);
-            let g = point_displacement(&from, self.poisson_ratio) * (-2.0 / (self.radius * n as f64));
-            sum[0] += g * cos;
-            sum[1] += g * sin;
-        }
-        sum
-    }
-
-    /// Surface displacement under a uniform load in polar coordinates about `r`: the point load's `1/ρ` cancels against `ρ dρ`, so
-    /// that only the length of the chord in each direction remains to be integrated.
-    fn surface_displacement(&self, r: &Vec3) -> Mat3 {
-        const HALF: usize = 24;
-        let a = self.radius;
-        let s = r.x.hypot(r.y);
-        let towards = (-r.y).atan2(-r.x);
-        let mut sum = Mat3::zeros();
-        let mut add = |angle: f64, chord: f64, weight: f64| {
-            // The source lies in direction `angle` from r, so that r lies opposite it from the source.
-            let (sin, cos) = (towards + angle).sin_cos();
-            sum += point_displacement(&Vec3::new(-cos, -sin, 0.0), self.poisson_ratio) * (chord * weight);
-        };
-        if s <= a {
-            for i in 0..4 * HALF {
-                let angle = TAU * (i as f64 + 0.5) / (4 * HALF) as f64;
-                let chord = s * angle.cos() + (a * a - (s * angle.sin()).powi(2)).max(0.0).sqrt();
-                add(angle, chord, TAU / (4 * HALF) as f64);
-            }
-        } else {
-            // sin(angle) = (a/s) sin φ turns the chord's square-root ends into a smooth function of φ.
-            for i in 0..2 * HALF {
-                let phi = PI * ((i as f64 + 0.5) / (2 * HALF) as f64 - 0.5);
-                let sin = a / s * phi.sin();
-                let chord = 2.0 * a * phi.cos();
-                let weight = PI / (2 * HALF) as f64 * a / s * phi.cos() / (1.0 - sin * sin).sqrt();
-                add(sin.asin(), chord, weight);
-            }
-        }
-        sum / (PI * a * a)
     }
 
     /// Calls `f(r − source, weight)` over the disc, weights summing to 1, as finely as the distance of `r`
@@ -437,7 +387,7 @@ mod tests {
         }
     }
 
-    /// The interior rule and the surface rule meet at the surface, and the rim integral is its derivative.
+    /// The interior rule and the surface rule meet at the surface, and the slopes are its derivatives.
     #[test]
     fn rules_meet_at_the_surface() {
         let disc = uniform(1.0);
