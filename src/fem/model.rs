@@ -159,27 +159,27 @@ impl Model {
         let count = columns.len();
         let (mut forces, prescribed): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
         self.lift(&mut forces, &prescribed);
+        let unknowns = self.skeleton.unknowns.max(1);
         let mut rhs = vec![0.0; self.skeleton.unknowns * count];
-        for (column, force) in rhs.chunks_exact_mut(self.skeleton.unknowns.max(1)).zip(&forces) {
+        rhs.par_chunks_exact_mut(unknowns).zip(&forces).for_each(|(column, force)| {
             for (&u, f) in self.skeleton.unknown.iter().zip(force) {
                 if u != HELD {
                     column[u as usize] = *f;
                 }
             }
-        }
+        });
         self.factor.solve_in_place(&mut rhs, count)?;
-        for ((column, out), prescribed) in
-            rhs.chunks_exact(self.skeleton.unknowns.max(1)).zip(&mut forces).zip(&prescribed)
-        {
-            for (c, (&u, value)) in self.skeleton.unknown.iter().zip(out.iter_mut()).enumerate() {
-                *value = match (u, prescribed) {
-                    (HELD, Some(prescribed)) => prescribed[c],
-                    (HELD, None) => 0.0,
-                    (u, _) => column[u as usize],
-                };
-            }
-        }
-        Ok(forces)
+        // Into fresh memory: where forces are nought theirs was never written, and to write what has been read as nought costs more.
+        drop(forces);
+        let displacement = |(column, prescribed): (&[f64], &Option<Vec<f64>>)| {
+            let of = |(c, &u): (usize, &u32)| match (u, prescribed) {
+                (HELD, Some(prescribed)) => prescribed[c],
+                (HELD, None) => 0.0,
+                (u, _) => column[u as usize],
+            };
+            self.skeleton.unknown.iter().enumerate().map(of).collect()
+        };
+        Ok(rhs.par_chunks_exact(unknowns).zip(&prescribed).map(displacement).collect())
     }
 
     /// Takes the forces that prescribed displacements exert on free components off the right-hand sides.

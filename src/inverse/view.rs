@@ -10,6 +10,7 @@ use crate::clock::Rows;
 use crate::fem::Space;
 use crate::geometry::Vec3;
 use crate::observation::Recording;
+use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// One view a poke, in the recording's order.
@@ -104,7 +105,7 @@ fn displaced(
     };
     let weight = problem.bench.weight_field();
     nodes
-        .iter()
+        .par_iter()
         .map(|&node| {
             let position = &problem.bench.model.space().nodes()[node];
             let mut u = problem.bench.tip_responses()[site].at_node(node, position, &tip);

@@ -12,6 +12,9 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
+/// Parts that the dense blocks of a factor are split into: a fixed number, so that the result does not depend on the number of threads.
+const SPLIT: usize = 2;
+
 /// The structure of a factor.
 #[derive(Debug)]
 pub(super) struct Symbolic(SymbolicCholesky<u32>);
@@ -59,7 +62,8 @@ impl Symbolic {
         let mut values = Vec::new();
         values.try_reserve_exact(self.entries()).map_err(|_| too_large(dimension, FaerError::OutOfMemory))?;
         values.resize(self.entries(), 0.0);
-        let scratch = self.0.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        let split = Par::rayon(SPLIT);
+        let scratch = self.0.factorize_numeric_llt_scratch::<f64>(split, Default::default());
         let mut memory = MemBuffer::try_new(scratch).map_err(no_memory)?;
         let lower = SparseColMatRef::new(structure(matrix.pattern()), matrix.values());
         let outcome = self.0.factorize_numeric_llt(
@@ -67,7 +71,7 @@ impl Symbolic {
             lower,
             Side::Lower,
             Default::default(),
-            Par::Seq,
+            split,
             MemStack::new(&mut memory),
             Default::default(),
         );
