@@ -3,7 +3,7 @@
 #
 # All need Rust, make and a C compiler. What they need besides is installed by apt when it is missing and apt is there. Without OpenCV
 # the program is built without depth cameras; without Chromium the tests concerned say that they were skipped.
-.PHONY: demo test computing waiting prove opencv chromium
+.PHONY: demo test computing waiting devices rig prove opencv chromium
 
 # A bench that nobody has seen: SEED=… draws one again.
 DEMO := target/demo
@@ -45,14 +45,16 @@ test: opencv chromium
 	$(TEST) --no-run
 	@$(MAKE) --no-print-directory -j2 computing waiting; code=$$?; cat $(WAITED); exit $$code
 	RUST_TEST_THREADS=8 $(TEST) --lib -- $(IN_TIME)
-	RUST_TEST_THREADS=8 $(TEST) $(ALONE:%=--test %)
+	@$(MAKE) --no-print-directory --output-sync -j2 $(ALONE)
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps $(FEATURES)
 
 TEST = cargo test --release --workspace $(FEATURES)
 
-# Drivers under test are late where others keep the processors busy: they run by themselves, and mostly wait.
+# Drivers under test are late where others keep the processors busy: they run beside each other only, and mostly wait.
 IN_TIME := driver:: session::
 ALONE := devices rig
+$(ALONE):
+	RUST_TEST_THREADS=8 $(TEST) --test $@
 
 # Tests that wait for pictures and a browser run beside all others, and those give way. What the waiting ones say can be read in a file
 # until both are done.
