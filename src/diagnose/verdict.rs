@@ -52,6 +52,12 @@ fn beyond_chance(earned: &[f64]) -> bool {
     earned.iter().any(|gain| *gain >= BEYOND_CHANCE)
 }
 
+/// The chosen reading, where it leaves less than the baseline: that may have another restraint, which serves it better than any effect does
+/// with this one.
+fn explaining(selection: &Selection, plain: f64) -> Option<&Tried> {
+    selection.chosen.map(|i| &selection.tried[i]).filter(|chosen| chosen.fitted.cost < plain)
+}
+
 /// Judges a selection by what is left before and after it. `plain` is the sum of squares of the baseline with a restraint found for itself.
 pub(super) fn judge(
     model: &Model<'_>,
@@ -63,7 +69,7 @@ pub(super) fn judge(
 ) -> Judged {
     let (before_noise, after_noise) = (Beyond::noise(before), Beyond::noise(after));
     let p_value = before_noise.p_value();
-    let chosen = selection.chosen.map(|i| &selection.tried[i]);
+    let chosen = explaining(selection, plain);
     let shows = p_value < false_alarm / 2.0;
     let mut detected = chosen.is_some() || shows;
     let mut verdict = Verdict {
@@ -390,6 +396,15 @@ mod tests {
         // Nothing in common with it: all that both explain, of the better baseline.
         let stranger = &selection.tried[3];
         assert_eq!(own_gain(&selection, 950.0, chosen, stranger), 850.0);
+    }
+
+    /// A reading with a restraint that serves worse than the baseline's.
+    #[test]
+    fn what_leaves_more_than_the_baseline_explains_nothing() {
+        let selection = selection();
+        assert_eq!(explaining(&selection, 1000.0).map(|t| t.fitted.cost), Some(100.0));
+        assert!(explaining(&selection, 90.0).is_none());
+        assert!(explaining(&Selection { chosen: None, ..selection }, 1000.0).is_none());
     }
 
     /// The plainer of two effects that are doubted together, and what is said of the other.

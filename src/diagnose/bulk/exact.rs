@@ -147,11 +147,15 @@ impl Lab<'_> {
         let moving: Vec<usize> = (0..knobs.len()).filter(|&k| knobs[k].0 != BulkKnob::Finer).collect();
         let mut pushed = DMatrix::zeros(moving.len() * loads, components);
         let mut by = vec![DMatrix::zeros(seen, loads); knobs.len()];
-        for (at, &knob) in moving.iter().enumerate() {
+        let of_knob = |&knob: &usize| {
             let mut forces = NodalForces::of(fields);
             self.each_part(knobs[knob].0, changed, cells, &mut |part| forces.add(&part));
-            by[knob].rows_mut(0, loads).copy_from(&-forces.work(fields));
-            pushed.rows_mut(at * loads, loads).copy_from(&forces.whole());
+            (-forces.work(fields), forces.whole())
+        };
+        let worked: Vec<(DMatrix<f64>, DMatrix<f64>)> = moving.par_iter().map(of_knob).collect();
+        for (at, (&knob, (work, whole))) in moving.iter().zip(&worked).enumerate() {
+            by[knob].rows_mut(0, loads).copy_from(work);
+            pushed.rows_mut(at * loads, loads).copy_from(whole);
         }
         if seen > loads && !moving.is_empty() {
             let displaced = varied.displace(&pushed)?;
