@@ -13,7 +13,7 @@ pub(super) struct Complete {
     pub c: f64,
 }
 
-/// As close to 1 as a parameter is taken: `K` has no bound there, and everything that is needed there goes to its limit within 10⁻¹⁰.
+/// As close to 1 as a parameter is taken: `K` and `D` have no bound there, their difference and the last are within 10⁻¹⁰ of their limits.
 const NEAREST: f64 = 1.0 - 1e-12;
 
 impl Complete {

@@ -159,9 +159,9 @@ impl Model {
         let count = columns.len();
         let (mut forces, prescribed): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
         self.lift(&mut forces, &prescribed);
-        let unknowns = self.skeleton.unknowns.max(1);
-        let mut rhs = vec![0.0; self.skeleton.unknowns * count];
-        rhs.par_chunks_exact_mut(unknowns).zip(&forces).for_each(|(column, force)| {
+        let unknowns = self.skeleton.unknowns;
+        let mut rhs = vec![0.0; unknowns * count];
+        rhs.par_chunks_exact_mut(unknowns.max(1)).zip(&forces).for_each(|(column, force)| {
             for (&u, f) in self.skeleton.unknown.iter().zip(force) {
                 if u != HELD {
                     column[u as usize] = *f;
@@ -171,7 +171,8 @@ impl Model {
         self.factor.solve_in_place(&mut rhs, count)?;
         // Into fresh memory: where forces are nought theirs was never written, and to write what has been read as nought costs more.
         drop(forces);
-        let displacement = |(column, prescribed): (&[f64], &Option<Vec<f64>>)| {
+        let displacement = |(k, prescribed): (usize, &Option<Vec<f64>>)| {
+            let column = &rhs[k * unknowns..][..unknowns];
             let of = |(c, &u): (usize, &u32)| match (u, prescribed) {
                 (HELD, Some(prescribed)) => prescribed[c],
                 (HELD, None) => 0.0,
@@ -179,7 +180,7 @@ impl Model {
             };
             self.skeleton.unknown.iter().enumerate().map(of).collect()
         };
-        Ok(rhs.par_chunks_exact(unknowns).zip(&prescribed).map(displacement).collect())
+        Ok(prescribed.par_iter().enumerate().map(displacement).collect())
     }
 
     /// Takes the forces that prescribed displacements exert on free components off the right-hand sides.
