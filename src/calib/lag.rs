@@ -1,11 +1,11 @@
 //! How much later one signal comes than another that it follows: pictures against force, as a check of the clocks.
 //!
-//! `y(t) = a + b x(t − τ)`: the best τ of a scan, then Gauss–Newton. What is left is no white noise (memory of the phantom, drift), so that
-//! its correlation from one sample to the next widens the deviation: n samples that follow one another with correlation ρ are worth
-//! n (1 − ρ)/(1 + ρ) (Bartlett 1935, J. R. Stat. Soc. 98, 536).
+//! `y(t) = a + Σ bₖ xₖ(t − τ)`, x₀ the signal that is followed and the others what may come along with it: the best τ of a scan, then
+//! Gauss–Newton. What is left is no white noise (memory of the phantom, drift), so that its correlation from one sample to the next widens
+//! the deviation: n samples that follow one another with correlation ρ are worth n (1 − ρ)/(1 + ρ) (Bartlett 1935, J. R. Stat. Soc. 98, 536).
 
 use super::CalibError;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector};
 
 /// Values at times that go up (s).
 #[derive(Debug, Clone, Copy)]
@@ -34,12 +34,20 @@ const SCAN_S: f64 = 2e-3;
 /// Less of the variance explained is no likeness.
 const LIKE: f64 = 0.5;
 const STEPS: usize = 12;
+/// Share of a column's squares that those before it must leave.
+const TOLD: f64 = 1e-12;
 
-/// Finds how much later `follows` is than `leads`, between −`most_s` and `most_s`.
+/// Finds how much later `follows` is than `leads`, between −`most_s` and `most_s`. `besides`: signals that may come along with the one that
+/// leads, each in an unknown measure (the slow share of an answer that is not at once).
 ///
 /// # Errors
 /// [`CalibError`]: fewer than ten samples in common, a signal that does not change, or two that are not alike.
-pub fn lag_between(leads: Track<'_>, follows: Track<'_>, most_s: f64) -> Result<Lag, CalibError> {
+pub fn lag_between(
+    leads: Track<'_>,
+    besides: &[Track<'_>],
+    follows: Track<'_>,
+    most_s: f64,
+) -> Result<Lag, CalibError> {
     let (Some(first), Some(last)) = (leads.time_s.first(), leads.time_s.last()) else {
         return Err(CalibError::TooFew { what: "samples", found: 0, needed: 10 });
     };
@@ -58,34 +66,30 @@ pub fn lag_between(leads: Track<'_>, follows: Track<'_>, most_s: f64) -> Result<
     if samples.len() < 10 {
         return Err(CalibError::TooFew { what: "samples in common", found: samples.len(), needed: 10 });
     }
-    let leads = Smooth::new(leads, width_s);
+    let leads: Vec<Smooth<'_>> =
+        std::iter::once(&leads).chain(besides).map(|track| Smooth::new(*track, width_s)).collect();
+    let flat = CalibError::Silent { what: "a signal does not change: its lag cannot be told" };
     let count = (most_s / SCAN_S).ceil() as i64;
     let start = (-count..=count)
         .map(|i| i as f64 * SCAN_S)
-        .map(|lag_s| (lag_s, line(&leads, &samples, lag_s)))
-        .filter_map(|(lag_s, fit)| Some((lag_s, fit?)))
-        .min_by(|a, b| a.1.left.total_cmp(&b.1.left))
-        .ok_or(CalibError::Silent { what: "a signal does not change: its lag cannot be told" })?;
-    let (mut lag_s, fit) = start;
-    let (mut offset, mut gain) = (fit.offset, fit.gain);
-    let mut covariance = Matrix3::zeros();
+        .filter_map(|lag_s| Some((lag_s, Answer::at(&leads, &samples, lag_s)?)))
+        .min_by(|a, b| a.1.left.total_cmp(&b.1.left));
+    let Some((mut lag_s, Answer { mut measures, .. })) = start else { return Err(flat) };
+    let mut variance = 0.0;
     for _ in 0..STEPS {
-        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        let mut normal = Normal::new(leads.len() + 2);
         for (t, y) in &samples {
-            let (x, slope) = leads.at(t - lag_s);
-            let row = Vector3::new(1.0, x, -gain * slope);
-            normal += row * row.transpose();
-            right += row * (y - offset - gain * x);
+            let (values, slope) = row(&leads, &measures, t - lag_s);
+            normal.add(values.iter().copied().chain([-slope]), y - inner(&values, &measures));
         }
-        let flat = CalibError::Silent { what: "a signal does not change: its lag cannot be told" };
-        let factor = normal.cholesky().ok_or(flat)?;
-        let step = factor.solve(&right);
-        covariance = factor.inverse();
-        (offset, gain) = (offset + step[0], gain + step[1]);
+        let Some((step, inverse)) = normal.solved() else { return Err(flat) };
+        variance = inverse[(leads.len() + 1, leads.len() + 1)];
+        measures.iter_mut().zip(step.iter()).for_each(|(measure, step)| *measure += step);
         // Never further than the scan resolves, so that the valley is not left.
-        lag_s += step[2].clamp(-SCAN_S, SCAN_S);
+        lag_s += step[leads.len() + 1].clamp(-SCAN_S, SCAN_S);
     }
-    let left: Vec<f64> = samples.iter().map(|(t, y)| y - offset - gain * leads.at(t - lag_s).0).collect();
+    let left: Vec<f64> =
+        samples.iter().map(|(t, y)| y - inner(&row(&leads, &measures, t - lag_s).0, &measures)).collect();
     let sum: f64 = left.iter().map(|r| r * r).sum();
     let mean = samples.iter().map(|s| s.1).sum::<f64>() / samples.len() as f64;
     let total: f64 = samples.iter().map(|s| (s.1 - mean).powi(2)).sum();
@@ -95,30 +99,72 @@ pub fn lag_between(leads: Track<'_>, follows: Track<'_>, most_s: f64) -> Result<
     }
     let rho = left.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / sum;
     let rho = if rho.is_finite() { rho.clamp(0.0, 0.99) } else { 0.0 };
-    let variance = sum / (samples.len() - 3) as f64 * (1.0 + rho) / (1.0 - rho);
-    Ok(Lag { lag_s, sd_s: (variance * covariance[(2, 2)]).sqrt(), explained, samples: samples.len() })
+    let freedom = samples.len().saturating_sub(leads.len() + 2).max(1);
+    variance *= sum / freedom as f64 * (1.0 + rho) / (1.0 - rho);
+    Ok(Lag { lag_s, sd_s: variance.sqrt(), explained, samples: samples.len() })
 }
 
-struct Line {
-    offset: f64,
-    gain: f64,
+/// One, and the signals at a time; and how fast they change together, in the measures (of the constant, then of each signal).
+fn row(leads: &[Smooth<'_>], measures: &[f64], time_s: f64) -> (Vec<f64>, f64) {
+    let (mut values, mut slope) = (vec![1.0], 0.0);
+    for (lead, measure) in leads.iter().zip(&measures[1..]) {
+        let (value, rate) = lead.at(time_s);
+        values.push(value);
+        slope += measure * rate;
+    }
+    (values, slope)
+}
+
+fn inner(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The measures that fit best at a lag, and the sum of squares that they leave.
+struct Answer {
+    measures: Vec<f64>,
     left: f64,
 }
 
-/// The straight line through the samples at a lag; none where nothing changes.
-fn line(leads: &Smooth<'_>, samples: &[(f64, f64)], lag_s: f64) -> Option<Line> {
-    let count = samples.len() as f64;
-    let (mut x, mut y, mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for (t, value) in samples {
-        let (led, _) = leads.at(t - lag_s);
-        (x, y, xx, xy, yy) = (x + led, y + value, xx + led * led, xy + led * value, yy + value * value);
+impl Answer {
+    /// None where nothing changes.
+    fn at(leads: &[Smooth<'_>], samples: &[(f64, f64)], lag_s: f64) -> Option<Self> {
+        let none = vec![0.0; leads.len() + 1];
+        let mut normal = Normal::new(leads.len() + 1);
+        for (t, y) in samples {
+            normal.add(row(leads, &none, t - lag_s).0, *y);
+        }
+        let (measures, _) = normal.solved()?;
+        let left = normal.squares - measures.dot(&normal.right);
+        Some(Self { measures: measures.iter().copied().collect(), left })
     }
-    let (spread, joint) = (xx - x * x / count, xy - x * y / count);
-    if spread <= 0.0 || yy - y * y / count <= 0.0 {
-        return None;
+}
+
+/// Normal equations.
+struct Normal {
+    matrix: DMatrix<f64>,
+    right: DVector<f64>,
+    squares: f64,
+}
+
+impl Normal {
+    fn new(columns: usize) -> Self {
+        Self { matrix: DMatrix::zeros(columns, columns), right: DVector::zeros(columns), squares: 0.0 }
     }
-    let gain = joint / spread;
-    Some(Line { offset: (y - gain * x) / count, gain, left: yy - y * y / count - gain * joint })
+
+    fn add(&mut self, row: impl IntoIterator<Item = f64>, value: f64) {
+        let row = DVector::from_iterator(self.right.len(), row);
+        self.matrix.ger(1.0, &row, &row, 1.0);
+        self.right.axpy(value, &row, 1.0);
+        self.squares += value * value;
+    }
+
+    /// The solution and the inverse of the matrix; none where a column is all but made of others.
+    fn solved(&self) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let factor = self.matrix.clone().cholesky()?;
+        let own = factor.l_dirty().diagonal();
+        let told = (0..own.len()).all(|k| own[k].powi(2) > TOLD * self.matrix[(k, k)]);
+        told.then(|| (factor.solve(&self.right), factor.inverse()))
+    }
 }
 
 /// A signal averaged with a triangle of weights that reaches `width_s` to either side: noise from sample to sample would otherwise pass for
@@ -191,7 +237,12 @@ mod tests {
         let leads: Vec<f64> = times.iter().map(|&t| force(t) + noise(0.01)).collect();
         let frames: Vec<f64> = (0..360).map(|i| f64::from(i) / 30.0).collect();
         let follows: Vec<f64> = frames.iter().map(|&t| 0.3 - 0.8 * force(t - lag_s) + noise(0.02)).collect();
-        lag_between(Track { time_s: &times, value: &leads }, Track { time_s: &frames, value: &follows }, 0.3)
+        lag_between(
+            Track { time_s: &times, value: &leads },
+            &[],
+            Track { time_s: &frames, value: &follows },
+            0.3,
+        )
     }
 
     #[test]
@@ -219,10 +270,11 @@ mod tests {
         let wave: Vec<f64> = times.iter().map(|t| (7.0 * t).sin()).collect();
         let other: Vec<f64> = times.iter().map(|t| (1.9 * t * t).cos()).collect();
         let track = |value| Track { time_s: &times, value };
-        assert!(matches!(lag_between(track(&wave), track(&still), 0.2), Err(CalibError::Silent { .. })));
-        assert!(matches!(lag_between(track(&still), track(&wave), 0.2), Err(CalibError::Silent { .. })));
-        assert!(matches!(lag_between(track(&wave), track(&other), 0.2), Err(CalibError::Silent { .. })));
+        let between = |leads, follows| lag_between(track(leads), &[], track(follows), 0.2);
+        for [leads, follows] in [[&wave, &still], [&still, &wave], [&wave, &other]] {
+            assert!(matches!(between(leads, follows), Err(CalibError::Silent { .. })));
+        }
         let few = Track { time_s: &times[..5], value: &wave[..5] };
-        assert!(matches!(lag_between(track(&wave), few, 0.2), Err(CalibError::TooFew { .. })));
+        assert!(matches!(lag_between(track(&wave), &[], few, 0.2), Err(CalibError::TooFew { .. })));
     }
 }

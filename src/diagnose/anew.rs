@@ -99,7 +99,7 @@ impl<'a> Anew<'a> {
 }
 
 /// A refit that is to be compared ends where a step gains less than this.
-const CLOSE_ENOUGH: Effort = Effort { at_rest: 0.3, ..IN_FULL };
+const CLOSE_ENOUGH: Effort<'static> = Effort { at_rest: 0.3, ..IN_FULL };
 
 /// The recording less what a reading adds to the baseline of the same modulus and restraint, in its pokes. `None` where the reading
 /// has no answer.

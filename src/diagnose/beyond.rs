@@ -41,11 +41,15 @@ impl Beyond {
         (self.channels.len() as f64 * Normal::standard().sf(self.deviations())).clamp(f64::MIN_POSITIVE, 1.0)
     }
 
-    /// What a reading explains of this, the rest being `after`: its share of all that is beyond one standard deviation.
+    /// All that is beyond one standard deviation.
+    pub(super) fn all(&self) -> f64 {
+        self.channels.iter().map(|(sum, sd)| (sum - sd).max(0.0)).sum()
+    }
+
+    /// The share of all that is beyond noise which a reading explains, the rest being `after`.
     pub(super) fn explained(&self, after: &Self) -> f64 {
-        let all = |of: &Self| of.channels.iter().map(|(sum, sd)| (sum - sd).max(0.0)).sum::<f64>();
         let least = self.channels.iter().map(|(_, sd)| *sd).fold(0.0, f64::max);
-        1.0 - all(after) / all(self).max(least)
+        1.0 - after.all() / self.all().max(least)
     }
 }
 

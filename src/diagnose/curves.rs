@@ -38,7 +38,7 @@ pub(super) fn curves(baseline: (&Model<'_>, &Fitted), extended: (&Model<'_>, &Fi
 
 fn predicted((model, fitted): (&Model<'_>, &Fitted), poke: usize) -> Option<Predicted> {
     let at = fitted.without(model, poke)?;
-    let marched = model.march_near(fitted, &at)?;
+    let marched = model.march_near(fitted, &fitted.acting, &at)?;
     let track = &model.tracks[poke];
     let share = |channel: usize| at[marched.fitted + channel * model.body.sites + track.site];
     let rms = |frame: &Frame, rows: &DMatrix<f64>| {

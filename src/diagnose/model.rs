@@ -119,8 +119,8 @@ impl Changed {
     }
 }
 
-/// So many changes are kept.
-const KEPT: usize = 24;
+/// So many changes are kept: some megabytes each.
+const KEPT: usize = 64;
 
 /// Knobs this close to known ones, over their longest step, are answered by the derivative there.
 const CLOSE: f64 = 0.02;
@@ -284,9 +284,18 @@ impl<'a> Model<'a> {
         Some(parameter) == self.finer
     }
 
-    /// Sums of every poke, and last of the force between them. `None` where the model has no answer.
-    pub(super) fn sums(&self, acting: &Acting, at: &DVector<f64>) -> Option<Vec<PokeSums>> {
-        let marched = self.march(acting, at)?;
+    /// Sums of every poke, and last of the force between them. `None` where the model has no answer. `near`: the body's changes by their
+    /// derivatives there.
+    pub(super) fn sums(
+        &self,
+        acting: &Acting,
+        at: &DVector<f64>,
+        near: Option<&Fitted>,
+    ) -> Option<Vec<PokeSums>> {
+        let marched = match near {
+            Some(known) => self.march_near(known, acting, at),
+            None => self.march(acting, at),
+        }?;
         let mut sums: Vec<PokeSums> =
             self.tracks.par_iter().map(|track| self.track_sums(&marched, at, track)).collect();
         sums.push(self.rest_sums(&marched, at.len()));
@@ -311,11 +320,20 @@ impl<'a> Model<'a> {
         self.march_along(&self.timeline, acting, at)
     }
 
-    /// The recording in time, the changes of the body by their derivatives where a fit has ended: for parameters a step away.
-    pub(super) fn march_near(&self, fitted: &Fitted, at: &DVector<f64>) -> Option<Marched<'_>> {
-        let ended = self.bulk_knobs(&fitted.acting, &fitted.at);
-        let changed = |knobs: &[_]| self.moved(&*self.nearest(&ended)?, knobs);
-        self.march_with(&self.timeline, &fitted.acting, at, &changed)
+    /// The recording in time, the changes of the body by their derivatives where a fit has ended: for parameters a step away. Changes that are
+    /// not those of that fit are worked out.
+    pub(super) fn march_near(
+        &self,
+        known: &Fitted,
+        acting: &Acting,
+        at: &DVector<f64>,
+    ) -> Option<Marched<'_>> {
+        let ended = self.bulk_knobs(&known.acting, &known.at);
+        let changed = |knobs: &[(BulkKnob, f64)]| {
+            let same = ended.len() == knobs.len() && ended.iter().zip(knobs).all(|(a, b)| a.0 == b.0);
+            if same { self.moved(&*self.nearest(&ended)?, knobs) } else { self.changed(knobs) }
+        };
+        self.march_with(&self.timeline, acting, at, &changed)
     }
 
     /// Any motion in time, from rest.

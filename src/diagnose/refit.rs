@@ -45,7 +45,16 @@ const GOOD_ENOUGH: f64 = 1e-2;
 
 impl Fitted {
     pub(super) fn new(model: &Model<'_>, acting: &Acting, at: DVector<f64>) -> Option<Self> {
-        let parts = model.sums(acting, &at)?;
+        Self::of(model, acting, at, None)
+    }
+
+    /// As [`Fitted::new`], the body's changes by their derivatives where another fit has ended: for a step from there.
+    pub(super) fn near(model: &Model<'_>, acting: &Acting, at: DVector<f64>, known: &Self) -> Option<Self> {
+        Self::of(model, acting, at, Some(known))
+    }
+
+    fn of(model: &Model<'_>, acting: &Acting, at: DVector<f64>, known: Option<&Self>) -> Option<Self> {
+        let parts = model.sums(acting, &at, known)?;
         let price: f64 = model.prior_precision(acting).iter().zip(at.iter()).map(|(w, x)| w * x * x).sum();
         let end = End::OutOfSteps;
         let mut fitted = Self { acting: acting.clone(), at, parts, cost: 0.0, end };
@@ -193,7 +202,7 @@ impl Fitted {
 
 /// How far a descent goes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Effort {
+pub(super) struct Effort<'k> {
     /// Most steps.
     pub steps: usize,
     /// It has come to rest when a step promises less than this.
@@ -202,24 +211,26 @@ pub(super) struct Effort {
     pub optimism: f64,
     /// ... what a step promises would leave more than this.
     pub hopeless: f64,
+    /// The body's changes are taken by their derivatives where this has ended, and not worked out.
+    pub near: Option<&'k Fitted>,
 }
 
 /// As far as the noise can tell.
-pub(super) const IN_FULL: Effort =
-    Effort { steps: 25, at_rest: GOOD_ENOUGH, optimism: 1.0, hopeless: f64::INFINITY };
+pub(super) const IN_FULL: Effort<'static> =
+    Effort { steps: 25, at_rest: GOOD_ENOUGH, optimism: 1.0, hopeless: f64::INFINITY, near: None };
 
 /// Fits from `start`.
 pub(super) fn descend(
     model: &Model<'_>,
     acting: &Acting,
     start: DVector<f64>,
-    effort: Effort,
+    effort: Effort<'_>,
 ) -> Option<Fitted> {
-    Some(descend_from(model, Fitted::new(model, acting, start)?, effort))
+    Some(descend_from(model, Fitted::of(model, acting, start, effort.near)?, effort))
 }
 
 /// Fits on (Levenberg–Marquardt, Nielsen 1999); parameters on a bound that want beyond it stay there.
-pub(super) fn descend_from(model: &Model<'_>, mut fitted: Fitted, effort: Effort) -> Fitted {
+pub(super) fn descend_from(model: &Model<'_>, mut fitted: Fitted, effort: Effort<'_>) -> Fitted {
     let (mut damping, mut growth) = (1e-4, 2.0);
     fitted.end = End::OutOfSteps;
     for _ in 0..effort.steps {
@@ -235,7 +246,7 @@ pub(super) fn descend_from(model: &Model<'_>, mut fitted: Fitted, effort: Effort
             fitted.end = End::GivenUp;
             break;
         }
-        match Fitted::new(model, &fitted.acting, &fitted.at + &step) {
+        match Fitted::of(model, &fitted.acting, &fitted.at + &step, effort.near) {
             Some(tried) if tried.cost < fitted.cost => {
                 let ratio = (fitted.cost - tried.cost) / promised;
                 damping = (damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0)).max(1e-12);

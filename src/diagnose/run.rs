@@ -188,7 +188,8 @@ impl Run<'_> {
             (tried.fitted, of_gains) = with_its_gains(model, tried.fitted.clone());
             let so_far = Beyond::noise(&left(model, &tried.fitted)?);
             if Beyond::noise(before).explained(&so_far) > WORTH_RESOLVING {
-                tried.fitted = resolved(model, tried.fitted.clone(), self.progress)?;
+                let at_rest = CLOSE_ENOUGH.max(LEFT_ANYWAY * so_far.all());
+                tried.fitted = resolved(model, tried.fitted.clone(), at_rest, self.progress)?;
             }
         }
         let chosen = selection.best();
@@ -293,10 +294,11 @@ const WORTH_RESOLVING: f64 = 0.5;
 const BETTER: f64 = 10.0;
 
 /// A reading with a ball of another modulus, refitted with elements that resolve it: what they add to the change is taken
-/// up where the refit ends, a few times over. Other readings stay as they are.
+/// up where the refit ends, a few times over; it ends where a step gains less than `at_rest`. Other readings stay as they are.
 fn resolved(
     model: &mut Model<'_>,
     mut fitted: Fitted,
+    at_rest: f64,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Fitted, DiagnoseError> {
     let found = model.settled;
@@ -311,7 +313,7 @@ fn resolved(
     for _ in 0..CLOSER_LOOKS {
         let before = knobs(model, &fitted);
         model.correct(&before, &lab)?;
-        let effort = Effort { at_rest: CLOSE_ENOUGH, ..IN_FULL };
+        let effort = Effort { at_rest, ..IN_FULL };
         fitted = descend(model, &fitted.acting, fitted.at.clone(), effort).ok_or(DiagnoseError::Singular)?;
         let after = knobs(model, &fitted);
         let moved = before.iter().zip(&after).map(|((knob, a), (_, b))| (b - a).abs() / lab.range(*knob).1);
@@ -326,8 +328,9 @@ fn resolved(
 const CLOSER_LOOKS: usize = 2;
 const HARDLY: f64 = 0.3;
 
-/// Gain of a step that ends a refit here: far less than the elements leave open.
+/// Gain of a step that ends a refit here, far less than the elements leave open; or this share of what the reading leaves beyond noise anyway.
 const CLOSE_ENOUGH: f64 = 0.3;
+const LEFT_ANYWAY: f64 = 1e-3;
 
 /// The poke that tells the reading chosen, or what comes closest to one, from those that come closest to it, while that is
 /// not settled.

@@ -17,7 +17,7 @@ pub(super) struct Screened {
 }
 
 /// A look at first order, where it does not start from the baseline: a step to the start's own valley, and one by which it is judged.
-const LOOK: Effort = Effort { steps: 1, ..IN_FULL };
+const LOOK: Effort<'static> = Effort { steps: 1, ..IN_FULL };
 
 /// So many entries are refitted in full in each round, if they promise this share of what the best one does.
 const BEST: usize = 5;
@@ -39,10 +39,14 @@ pub(super) fn screen(model: &Model<'_>, current: &Fitted, physics: &[Physics]) -
                 return Some(Screened { start, gain });
             }
             let (acting, at) = extended(model, current.place(), &start.knobs);
-            let begun = Fitted::new(model, &acting, at)?;
+            // Changes of the body that act already move little in one step.
+            let begun = Fitted::near(model, &acting, at, current)?;
             // What starts from the baseline itself is judged there.
             let neutral = (begun.cost - current.cost).abs() < 1e-9 * current.cost;
-            let looked = if neutral { begun } else { descend_from(model, begun, LOOK) };
+            let looked = match neutral {
+                true => begun,
+                false => descend_from(model, begun, Effort { near: Some(current), ..LOOK }),
+            };
             let gain = current.cost - looked.cost + looked.promised(model);
             Some(Screened { start, gain })
         })

@@ -11,7 +11,7 @@ use super::screen::{Contenders, Screened, contenders, screen};
 use super::starts::ready;
 use super::terms::with_its_terms;
 use super::thin::{pruned, thin};
-use super::verdict::alike;
+use super::verdict::{ALIKE_SHARE, alike};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -39,8 +39,14 @@ pub(super) struct Selection {
     pub complete: bool,
 }
 
-/// Contenders come to rest where a step gains less than this: what is chosen goes on from there.
+/// Contenders come to rest where a step gains less than this, or than a tenth of what tells one from another: what is chosen goes on from
+/// there.
+fn contended(gain: f64) -> f64 {
+    CONTENDED.max(CONTENDED_SHARE * gain)
+}
+
 const CONTENDED: f64 = 1.0;
+const CONTENDED_SHARE: f64 = 0.1 * ALIKE_SHARE;
 
 /// What a descent may gain over the promise of its next step: of an effect whose place and size are still to be found, and
 /// of the rest of a fit after something was taken away.
@@ -190,7 +196,8 @@ fn without_its_last(model: &Model<'_>, current: &Fitted, tried: &Tried) -> Optio
     let added = *tried.physics.last()?;
     let (mut acting, at) = reduced(model, &tried.fitted, |knob| knob.physics() != added);
     acting.fine = current.acting.fine;
-    let effort = Effort { optimism: FROM_CLOSE, hopeless: current.cost - CONTENDED, ..IN_FULL };
+    let hopeless = current.cost - contended(current.cost - tried.fitted.cost);
+    let effort = Effort { optimism: FROM_CLOSE, hopeless, ..IN_FULL };
     descend(model, &acting, at, effort).filter(|better| better.cost < effort.hopeless)
 }
 
@@ -224,7 +231,8 @@ fn contend(
                 Some(Beaten { cost, believed: true }) => hopeless(own.min(cost)),
                 _ => hopeless(own).min(current.cost - enough(added).min(rivals_from)),
             };
-            let effort = Effort { at_rest: CONTENDED, optimism: FROM_FAR, hopeless, ..IN_FULL };
+            let at_rest = contended(screened.gain);
+            let effort = Effort { at_rest, optimism: FROM_FAR, hopeless, ..IN_FULL };
             let Some(fitted) = descend(model, &acting, at, effort) else { continue };
             if best.as_ref().is_none_or(|b| fitted.cost < b.cost) {
                 best = Some(fitted);

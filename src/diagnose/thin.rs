@@ -8,8 +8,10 @@ use super::select::{FROM_CLOSE, LEAST_GAIN, LEAST_SHARE, Selection, Tried, exten
 use super::starts::ready;
 use rayon::prelude::*;
 
-/// A patch whose absence costs less than this was never there.
+/// A patch whose absence costs less than this was never there. Where it costs so many times that with the changes of the body by their
+/// derivatives, they need not be worked out to see it.
 const PATCH: f64 = 30.0;
+const PLAINLY: f64 = 4.0;
 
 /// Takes effects away that the others make superfluous. A camera's scale that stood in for what was found after it must go on earning all that is
 /// asked of it.
@@ -81,7 +83,13 @@ pub(super) fn pruned(model: &Model<'_>, fitted: Fitted) -> Fitted {
             continue;
         }
         acting.without.push(patch);
-        let effort = Effort { optimism: FROM_CLOSE, hopeless: best.cost + PATCH, ..IN_FULL };
+        let less_than =
+            |times: f64| Effort { optimism: FROM_CLOSE, hopeless: best.cost + times * PATCH, ..IN_FULL };
+        let near = Effort { near: Some(&best), ..less_than(PLAINLY) };
+        if descend(model, &acting, best.at.clone(), near).is_some_and(|t| t.cost > near.hopeless) {
+            continue;
+        }
+        let effort = less_than(1.0);
         if let Some(tried) = descend(model, &acting, best.at.clone(), effort)
             && tried.cost - best.cost < PATCH
         {

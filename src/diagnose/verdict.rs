@@ -33,7 +33,7 @@ pub(super) struct Judged {
 
 /// Readings whose sums of squares differ by less than this, or by this share of the gain, are not told apart.
 const ALIKE: f64 = 25.0;
-const ALIKE_SHARE: f64 = 0.03;
+pub(super) const ALIKE_SHARE: f64 = 0.03;
 
 /// By how much less a reading may explain that is not told apart from one with this gain.
 pub(super) fn alike(gain: f64) -> f64 {
@@ -87,24 +87,29 @@ pub(super) fn judge(
     }
     let mut in_no_catalogue = false;
     if let Some(chosen) = chosen {
-        let others = others(selection, chosen);
+        let in_step_s = lag_in_step(chosen, model.base());
+        let named = apart_from_lag(&chosen.physics, in_step_s);
+        let others = rivals(selection, chosen, &named);
         let lacks = |other: &Tried| other.fitted.cost - chosen.fitted.cost;
         let margin = |other: &&Tried| lacks(other) / own_gain(selection, plain, chosen, other);
         let earned = |p: &Physics| {
             without(selection, plain, chosen, |other| other != p) / least(model, &selection.base, *p)
         };
-        let earned: Vec<f64> = chosen.physics.iter().map(earned).collect();
+        let earned: Vec<f64> = named.iter().map(earned).collect();
         let evidence = Evidence {
             explained: before_noise.explained(&after_noise),
             gain: earned.iter().copied().fold(f64::INFINITY, f64::min),
             margin: others.iter().map(margin).fold(1.0, f64::min).max(0.0),
             left: after_noise.deviations(),
-            effects: chosen.physics.len(),
+            effects: named.len(),
         };
         verdict.evidence = Some(evidence);
         let sure = confidence(&evidence);
         let standing = Standing::of(shows, sure, &earned, &evidence);
-        if standing == Standing::Chance {
+        if named.is_empty() {
+            verdict.confidence = nothing_left_out(1.0);
+            detected = false;
+        } else if standing == Standing::Chance {
             remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
             // No surer than where nothing explains anything.
             verdict.confidence = (1.0 - sure).clamp(LEAST_CONFIDENCE, nothing_left_out(p_value));
@@ -132,25 +137,25 @@ pub(super) fn judge(
                 }
             }
             if !as_well.is_empty() {
-                remarks.push(format!(
-                    "the recording cannot tell {} from {}",
-                    names(&chosen.physics),
-                    names(&as_well)
-                ));
+                remarks.push(format!("the recording cannot tell {} from {}", names(&named), names(&as_well)));
             }
-            in_no_catalogue = chosen.physics.iter().any(|p| !p.catalogued());
+            in_no_catalogue = named.iter().any(|p| !p.catalogued());
+            if in_no_catalogue && as_well.is_empty() {
+                remarks.push(format!("no entry of the catalogue explains as much as {}", names(&named)));
+            }
             if !in_no_catalogue {
-                verdict.physics.clone_from(&chosen.physics);
-            } else if as_well.is_empty() {
-                remarks.push(format!(
-                    "no entry of the catalogue explains as much as {}",
-                    names(&chosen.physics)
-                ));
+                verdict.physics = named;
             }
             verdict.unexplained = in_no_catalogue;
             verdict.confidence = sure;
             verdict.ambiguous_with = as_well.into_iter().filter(|p| p.catalogued()).collect();
         }
+        remarks.extend(in_step_s.map(|lag_s| {
+            format!(
+                "the camera's clock is off by {:.1} ms, which is fitted and not blamed: clocks are put together no better",
+                1e3 * lag_s
+            )
+        }));
         remarks.extend(uneven::said(model, &chosen.fitted).filter(|_| verdict.unexplained));
     } else if detected {
         verdict.unexplained = true;
@@ -166,6 +171,29 @@ pub(super) fn judge(
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
     Judged { detected, p_value, verdict, properties, remarks, in_no_catalogue, whole: None }
+}
+
+/// A camera that is late by less than this (s) is not blamed: the offset of its clock is found from the same markers (by a session's export,
+/// within half a millisecond on simulated benches), and what is left of it is no physics that was left out.
+const IN_STEP_S: f64 = 2e-3;
+
+/// The camera's lag (s) in a reading, if it is no more than that; `base` of its values come before its knobs'.
+fn lag_in_step(reading: &Tried, base: usize) -> Option<f64> {
+    let Fitted { acting, at, .. } = &reading.fitted;
+    let lag = acting.knobs.iter().position(|knob| matches!(knob, Knob::Lag))?;
+    Some(at[base + lag]).filter(|lag_s| lag_s.abs() < IN_STEP_S)
+}
+
+/// The effects of a reading that may be blamed.
+fn apart_from_lag(physics: &[Physics], in_step_s: Option<f64>) -> Vec<Physics> {
+    physics.iter().copied().filter(|p| in_step_s.is_none() || *p != Physics::CameraLag).collect()
+}
+
+/// Readings that do without some of what the chosen one would blame.
+fn rivals<'a>(selection: &'a Selection, chosen: &Tried, named: &[Physics]) -> Vec<&'a Tried> {
+    let mut rivals = others(selection, chosen);
+    rivals.retain(|other| !named.iter().all(|p| other.physics.contains(p)));
+    rivals
 }
 
 /// Whether a reading may be named.
@@ -396,6 +424,28 @@ mod tests {
         // Nothing in common with it: all that both explain, of the better baseline.
         let stranger = &selection.tried[3];
         assert_eq!(own_gain(&selection, 950.0, chosen, stranger), 850.0);
+    }
+
+    /// What stands in for a lag that is not blamed is no rival of what is; of a lag that is blamed it is one.
+    #[test]
+    fn a_clock_in_step_is_not_blamed() {
+        let mut selection = selection();
+        for (lag_s, named, rivals_left) in [
+            (9e-4, &[Physics::Drying][..], 0),
+            (-9e-4, &[Physics::Drying][..], 0),
+            (3e-3, &[Physics::Drying, Physics::CameraLag][..], 1),
+        ] {
+            let fitted = &mut selection.tried[0].fitted;
+            fitted.acting.knobs = vec![Knob::Drying, Knob::Lag];
+            fitted.at = nalgebra::DVector::from_vec(vec![9.0, 1e-4, lag_s]);
+            let chosen = &selection.tried[0];
+            let in_step_s = lag_in_step(chosen, 1);
+            assert_eq!(in_step_s, (named.len() == 1).then_some(lag_s));
+            let found = apart_from_lag(&chosen.physics, in_step_s);
+            assert_eq!(found, named);
+            assert_eq!(rivals(&selection, chosen, &found).len(), rivals_left);
+        }
+        assert_eq!(lag_in_step(&selection.tried[1], 0), None);
     }
 
     /// A reading with a restraint that serves worse than the baseline's.

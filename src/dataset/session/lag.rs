@@ -2,7 +2,8 @@
 //!
 //! A picture is stamped when it arrives; exposure, transfer and decoding came before. A gel follows its tip at once (waves cross it within
 //! a few milliseconds), and how far its markers go depends on where the tip is, not on the force: so the stage's own path says when a
-//! picture was of. Relaxation, which changes the force under a tip that stands, leaves no trace in it.
+//! picture was of. Relaxation, which changes the force under a tip that stands, changes it little: the balance of gel and restraint moves by a
+//! hundredth within seconds. On a way in of a third of a second that would pass for 3 ms, so that markers may follow in part slowly.
 //!
 //! A tip that touches later than it should, or a stage with play, makes markers late as well: but not at the end of the way in, where both
 //! are used up, and a tip that stops stops its markers. So the last of the way in and the first of the hold say how late pictures are, once the
@@ -26,6 +27,8 @@ const LAST_OF_WAY: f64 = 0.4;
 const THERE: f64 = 0.98;
 /// The first of a hold lasts so long (s).
 const FIRST_OF_HOLD_S: f64 = 0.6;
+/// Time constant of what follows slowly (s): short of it is lateness, beyond it the first of a hold knows no difference.
+const SLOWLY_S: f64 = 1.0;
 /// How far the end of the way in may be from what the whole says (s).
 const AROUND_WHOLE_S: f64 = 0.1;
 
@@ -87,8 +90,9 @@ pub(super) fn camera_lag(
     if let Some((_, last)) = touched.last() {
         stage.push(last.end_s + reach_s, 0.0);
     }
-    let whole = lag_between(stage.track(), seen.track(), MOST_S)?;
-    let lags = ends.iter().filter_map(|&end| lag_at_end(&stage, &seen, end, whole.lag_s).ok());
+    let whole = lag_between(stage.track(), &[], seen.track(), MOST_S)?;
+    let slowly = stage.slowly(SLOWLY_S);
+    let lags = ends.iter().filter_map(|&end| lag_at_end([&stage, &slowly], &seen, end, whole.lag_s).ok());
     Ok(together(&lags.collect::<Vec<_>>()).unwrap_or(whole))
 }
 
@@ -103,9 +107,10 @@ fn end_of_way_in(contact: &Contact, deepest: f64) -> Option<[f64; 2]> {
     Some([from.0, last.0])
 }
 
-/// How late the frames are that show the stage in a span of time, as far as it is known (s). Offset and scale are those of that span alone.
+/// How late the frames are that show the stage in a span of time, as far as it is known (s). Offset, scale and what follows `slowly` are those
+/// of that span alone.
 fn lag_at_end(
-    stage: &Signal,
+    [stage, slowly]: [&Signal; 2],
     seen: &Signal,
     [from, until]: [f64; 2],
     about_s: f64,
@@ -116,7 +121,7 @@ fn lag_at_end(
             of_span.push(t - about_s, *value);
         }
     }
-    let found = lag_between(stage.track(), of_span.track(), AROUND_WHOLE_S)?;
+    let found = lag_between(stage.track(), &[slowly.track()], of_span.track(), AROUND_WHOLE_S)?;
     Ok(Lag { lag_s: found.lag_s + about_s, ..found })
 }
 
@@ -155,6 +160,19 @@ impl Signal {
             self.time_s.push(time_s);
             self.value.push(value);
         }
+    }
+
+    /// What has come of the values where each change of them comes about with a time constant (s): of straight lines between samples.
+    fn slowly(&self, time_constant_s: f64) -> Self {
+        let first = self.value.first().copied();
+        let (mut missing, mut value) = (0.0, Vec::from_iter(first));
+        for (t, v) in self.time_s.windows(2).zip(self.value.windows(2)) {
+            let step = (t[1] - t[0]) / time_constant_s;
+            let decay = (-step).exp();
+            missing = missing * decay + (v[1] - v[0]) * (1.0 - decay) / step;
+            value.push(v[1] - missing);
+        }
+        Self { time_s: self.time_s.clone(), value }
     }
 
     fn track(&self) -> Track<'_> {
@@ -243,6 +261,39 @@ mod tests {
             let found = camera_lag(&touched(), &seen, 3.0).expect("they follow");
             assert!((found.lag_s - lag_s).abs() < 2e-3, "{found:?}");
         }
+    }
+
+    /// A gel that relaxes beside bands that do not: 3 % of the way is gone again, with time constants of half a second to six.
+    #[test]
+    fn markers_that_creep_are_not_late() {
+        let way = |i: usize| depth_m(1e-3 * i as f64);
+        for time_constant_s in [0.5, 1.5, 6.0] {
+            let decay = f64::exp(-1e-3 / time_constant_s);
+            let mut missing = 0.0;
+            let crept: Vec<f64> = (1..17_000)
+                .map(|i| {
+                    missing = missing * decay + way(i) - way(i - 1);
+                    way(i) - 0.03 * (way(i) - missing)
+                })
+                .collect();
+            let lag_s = 0.0878;
+            let seen = frames_of(1.0, |t| crept[(1e3 * (t - lag_s)).max(1.0) as usize - 1]);
+            let found = camera_lag(&touched(), &seen, 3.0).expect("they follow");
+            assert!((found.lag_s - lag_s).abs() < 1e-3, "{found:?} for {time_constant_s} s");
+        }
+    }
+
+    /// A ramp comes about as t − T (1 − exp(−t/T)).
+    #[test]
+    fn changes_come_about_slowly() {
+        let mut ramp = Signal::default();
+        (0..=40).for_each(|i| ramp.push(0.05 * f64::from(i), 0.1 * f64::from(i)));
+        let slowly = ramp.slowly(0.7);
+        for (t, value) in slowly.time_s.iter().zip(&slowly.value) {
+            let expected = 2.0 * (t - 0.7 * (1.0 - (-t / 0.7).exp()));
+            assert!((value - expected).abs() < 1e-12, "{t}: {value}, {expected}");
+        }
+        assert!(Signal::default().slowly(1.0).time_s.is_empty());
     }
 
     #[test]

@@ -97,7 +97,7 @@ pub(super) fn clause(found: &Found) -> Option<String> {
                 .collect::<Vec<_>>();
             said.join(", ")
         }
-        Physics::CameraLag => format!("by {:.3} s", one("lag_s")?),
+        Physics::CameraLag => format!("by {:.1} ms", 1e3 * one("lag_s")?),
         Physics::SelfWeight => {
             format!("g = {:.3} m/s² along ({})", one("g")?, numbers(&get("gravity_direction")?, 1.0, 2))
         }
