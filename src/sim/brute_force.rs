@@ -3,7 +3,7 @@
 use super::SimError;
 use super::bench::distinct_tips;
 use super::draw::Draw;
-use super::linear::{Compliance, TipResponse, analyse, assemble, seen, unit_loads};
+use super::linear::{Compliance, TipResponse, factored, seen, unit_loads};
 use super::resolution::Resolution;
 use super::supports::Shape;
 use super::unknowns::{Row, Unknowns};
@@ -15,8 +15,7 @@ pub(super) fn condense_rows(
     supports: &[&Row],
     watched: &[&Row],
 ) -> Result<Compliance, SimError> {
-    let stiffness = assemble(unknowns, poisson_ratio)?;
-    let factor = analyse(unknowns, stiffness.pattern())?.factor(&stiffness)?;
+    let factor = factored(unknowns, poisson_ratio)?;
     let dimension = unknowns.dimension();
     let mut fields = unit_loads(supports, dimension);
     factor.solve_in_place(&mut fields, 3 * supports.len())?;

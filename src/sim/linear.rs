@@ -12,7 +12,7 @@ use super::near_field::NearField;
 use super::quadratic::{NODES, gauss_points, shape};
 use super::unknowns::{Element, Row, Unknowns};
 use crate::geometry::Mat3;
-use crate::sparse::{Analysis, Ordering, Pattern, SymmetricMatrix};
+use crate::sparse::{Analysis, Factor, Ordering, Pattern, SymmetricMatrix};
 use nalgebra::{DMatrix, Matrix3};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -125,8 +125,14 @@ pub(super) fn seen(rows: &[&Row], fields: &[f64], dimension: usize) -> DMatrix<f
     })
 }
 
+/// The stiffness of a mesh at E = 1 Pa, factored.
+pub(super) fn factored(unknowns: &Unknowns, poisson_ratio: f64) -> Result<Factor, SimError> {
+    let stiffness = assemble(unknowns, poisson_ratio)?;
+    Ok(analyse(unknowns, stiffness.pattern())?.factor(&stiffness)?)
+}
+
 /// Condenses the block to its supports and the watched points (m, on the surface), from two meshes that differ only
-/// around the glue, where the second's boxes are half as long.
+/// around the glue, where the second's boxes are half as long. Beside it the second's stiffness, factored, for other loads.
 ///
 /// Why: the stress at the end of the glue is singular (r^(−1/2)), so what elements that do not know it get wrong is
 /// of first order in the boxes there, and 2 C_fine − C_coarse is free of it (Richardson 1911). Where the glue reaches a
@@ -137,14 +143,20 @@ pub(super) fn condense(
     poisson_ratio: f64,
     supports: &[NearField],
     watched: &[[f64; 3]],
-) -> Result<Compliance, SimError> {
+) -> Result<(Compliance, Factor), SimError> {
     let meetings = meetings(supports);
-    let coarse = condense_on(coarse, poisson_ratio, supports, &meetings, watched)?;
-    let fine = condense_on(fine, poisson_ratio, supports, &meetings, watched)?;
-    Ok(Compliance {
+    let on = |unknowns: &Unknowns| {
+        let factor = factored(unknowns, poisson_ratio)?;
+        let compliance = condense_on(unknowns, &factor, poisson_ratio, supports, &meetings, watched)?;
+        Ok::<_, SimError>((compliance, factor))
+    };
+    let (coarse, _) = on(coarse)?;
+    let (fine, factor) = on(fine)?;
+    let compliance = Compliance {
         supports: 2.0 * fine.supports - coarse.supports,
         watched: 2.0 * fine.watched - coarse.watched,
-    })
+    };
+    Ok((compliance, factor))
 }
 
 /// Condenses the block on one mesh; `meetings` are the works of all supports on all half-space fields.
@@ -163,13 +175,12 @@ pub(super) fn condense(
 /// symmetric, and its error is the product of those of v_i and v_j.
 fn condense_on(
     unknowns: &Unknowns,
+    factor: &Factor,
     poisson_ratio: f64,
     supports: &[NearField],
     meetings: &DMatrix<f64>,
     watched: &[[f64; 3]],
 ) -> Result<Compliance, SimError> {
-    let stiffness = assemble(unknowns, poisson_ratio)?;
-    let factor = analyse(unknowns, stiffness.pattern())?.factor(&stiffness)?;
     let columns = meetings.ncols();
     let dimension = unknowns.dimension();
     let on_glue: Vec<DMatrix<f64>> = unknowns.held.iter().map(|&p| -displacements(supports, p)).collect();

@@ -108,6 +108,18 @@ struct Reach<'a> {
 /// Its name, what is done, and the causes that it may be taken for.
 type Fault = (&'static str, fn(Reach<'_>), fn(Cause) -> bool);
 
+/// Two faults at a time, each on a rig of its own: they mostly wait.
+fn beside_each_other(faults: &[Fault], test: impl Fn(&'static str, fn(Reach<'_>), fn(Cause) -> bool) + Sync) {
+    for two in faults.chunks(2) {
+        std::thread::scope(|scope| {
+            for &(name, fault, expected) in two {
+                let test = &test;
+                scope.spawn(move || test(name, fault, expected));
+            }
+        });
+    }
+}
+
 /// What is known after a run.
 struct After {
     ran: Ran,
@@ -314,7 +326,7 @@ fn every_fault_of_the_sensor_stops_the_stage_and_the_tip_is_taken_out() {
             |c| matches!(c, Cause::SensorSilent { .. } | Cause::SensorRestarted),
         ),
     ];
-    for (name, fault, expected) in faults {
+    beside_each_other(&faults, |name, fault, expected| {
         steady(|| {
             let after = run(3.0, false, fault);
             let cause = after.stopped();
@@ -328,7 +340,7 @@ fn every_fault_of_the_sensor_stops_the_stage_and_the_tip_is_taken_out() {
             let status = matches!(cause, Cause::SensorStatus { .. });
             assert_eq!(!why.is_empty(), silent || status, "{name}: {why:?}");
         });
-    }
+    });
 }
 
 #[test]
@@ -343,7 +355,7 @@ fn every_fault_of_the_stage_stops_it_where_it_is() {
             |c| c == Cause::StageFault { code: 3 },
         ),
     ];
-    for (name, fault, expected) in faults {
+    beside_each_other(&faults, |name, fault, expected| {
         steady(|| {
             let after = run(3.0, true, fault);
             let cause = after.stopped();
@@ -352,7 +364,7 @@ fn every_fault_of_the_stage_stops_it_where_it_is() {
             let why = after.ran.why.unwrap_or_default();
             assert_eq!(why.contains("limit switch"), name == "switch", "{name}: {why:?}");
         });
-    }
+    });
 }
 
 #[test]

@@ -306,7 +306,7 @@ mod tests {
             torque_nm: Vec3::zeros(),
             site: Vec3::new(LENGTH_M, 0.5 * SIDE_M, 0.5 * SIDE_M),
             direction: -Vec3::x(),
-            radius_m: 0.002,
+            radius_m: 0.003,
             weight_n_m3: Vec3::zeros(),
         };
         let marker = |number: u32, y: f64| CaseMarker {

@@ -3,10 +3,11 @@
 use super::phantom::{Phantom, PhantomPlan};
 use super::plan::{Hold, World};
 use crate::sim::SimError;
-use crate::sim::linear::{Compliance, analyse, assemble, seen};
+use crate::sim::linear::{Compliance, seen};
 use crate::sim::quadratic::{NODES, gauss_points};
 use crate::sim::supports::{Patch, Shape};
 use crate::sim::unknowns::{Row, Unknowns};
+use crate::sparse::Factor;
 use nalgebra::DMatrix;
 
 /// What a load that no support carries does at E = 1 Pa: one column for each of its directions.
@@ -33,16 +34,15 @@ pub(super) struct SessionBody {
 }
 
 impl Loads {
-    /// Displacement under a unit force per volume along each axis.
+    /// Displacement under a unit force per volume along each axis; `factor` is that of the stiffness at E = 1 Pa.
     ///
     /// Why on elements alone: the load is smooth, and so is its field but at the end of the glue.
     pub(super) fn weight(
         plan: &PhantomPlan,
         unknowns: &Unknowns,
+        factor: &Factor,
         watched: &[[f64; 3]],
     ) -> Result<Self, SimError> {
-        let stiffness = assemble(unknowns, plan.poisson_ratio)?;
-        let factor = analyse(unknowns, stiffness.pattern())?.factor(&stiffness)?;
         let n = unknowns.dimension();
         let mut fields = vec![0.0; 3 * n];
         for element in &unknowns.elements {
@@ -144,6 +144,7 @@ fn exists(what: &'static str, index: usize, count: usize) -> Result<(), SimError
 mod tests {
     use super::*;
     use crate::sim::hex_mesh::{Grading, HexMesh, Slab};
+    use crate::sim::linear::factored;
 
     /// A block of height H that is glued all over its underside, ν = 0: under a force per volume b it settles by
     /// b (H z − z²/2)/E, at the top by b H²/2E.
@@ -162,7 +163,8 @@ mod tests {
         let grading = Grading { cell_m: 0.005, halvings: 0, finer_glue: None };
         let unknowns = Unknowns::new(HexMesh::new(slab, &[], &grading)?);
         let points = plan.markers();
-        let moved = Loads::weight(&plan, &unknowns, &points)?.watched;
+        let factor = factored(&unknowns, plan.poisson_ratio)?;
+        let moved = Loads::weight(&plan, &unknowns, &factor, &points)?.watched;
         for point in 0..points.len() {
             let settled = moved[(3 * point + 2, 2)];
             assert!((settled / (0.5 * 0.012_f64.powi(2)) - 1.0).abs() < 1e-9, "{settled}");

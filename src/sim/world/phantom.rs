@@ -126,8 +126,8 @@ impl Phantom {
         let mut watched = markers.clone();
         watched.extend(skin.iter().flat_map(|s| &s.points_m));
         let meshes = RemainderResolution::SMALL_STRAIN.meshes(plan.slab, &fields)?;
-        let compliance = condense(&meshes, plan.poisson_ratio, &fields, &watched)?;
-        let weight = Loads::weight(plan, &meshes[1], &watched)?;
+        let (compliance, factor) = condense(&meshes, plan.poisson_ratio, &fields, &watched)?;
+        let weight = Loads::weight(plan, &meshes[1], &factor, &watched)?;
         Ok(Self { plan: plan.clone(), markers, skin: skin.map(Arc::new), watched, compliance, weight })
     }
 
