@@ -3,7 +3,7 @@
 #
 # All need Rust, make and a C compiler. What they need besides is installed by apt when it is missing and apt is there. Without OpenCV
 # the program is built without depth cameras; without Chromium the tests concerned say that they were skipped.
-.PHONY: demo test lint built computing waiting devices rig prove opencv chromium
+.PHONY: demo test computing waiting devices rig prove opencv chromium
 
 # A bench that nobody has seen: SEED=… draws one again.
 DEMO := target/demo
@@ -41,20 +41,14 @@ prove: opencv
 
 test: opencv chromium
 	cargo fmt --all --check
-	@$(MAKE) --no-print-directory -j2 lint built
+	cargo clippy --release --workspace --all-targets $(FEATURES) -- -D warnings
+	$(TEST) --no-run
 	@$(MAKE) --no-print-directory -j2 computing waiting; code=$$?; cat $(WAITED); exit $$code
 	RUST_TEST_THREADS=8 $(TEST) --lib -- $(IN_TIME)
 	@$(MAKE) --no-print-directory --output-sync -j2 $(ALONE)
-	RUSTDOCFLAGS="-D warnings" CARGO_TARGET_DIR=target/lint cargo doc --release --workspace --no-deps $(FEATURES)
+	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps $(FEATURES)
 
 TEST = cargo test --release --workspace $(FEATURES)
-
-# Neither keeps two processors busy. They share nothing, and cargo lets only one of them into a folder.
-lint:
-	CARGO_TARGET_DIR=target/lint cargo clippy --release --workspace --all-targets $(FEATURES) -- -D warnings
-
-built:
-	$(TEST) --no-run
 
 # Drivers under test are late where others keep the processors busy: they run beside each other only, and mostly wait.
 IN_TIME := driver:: session::

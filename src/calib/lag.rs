@@ -231,36 +231,57 @@ mod tests {
         }
     }
 
-    fn draw(rng: &mut ChaCha8Rng, lag_s: f64) -> Result<Lag, CalibError> {
+    /// What follows the force with a time constant of a second, every millisecond.
+    fn slow_force() -> Vec<f64> {
+        let decay = f64::exp(-1e-3);
+        let mut slow = 0.0;
+        let at = |i: u32| force(1e-3 * f64::from(i));
+        (0..12_000)
+            .map(|i| {
+                slow = slow * decay + at(i) * (1.0 - decay);
+                slow
+            })
+            .collect()
+    }
+
+    /// Of what follows, `share` follows slowly, if it is known that it may.
+    fn draw(rng: &mut ChaCha8Rng, lag_s: f64, slowly: Option<(&[f64], f64)>) -> Result<Lag, CalibError> {
         let times: Vec<f64> = (0..12_000).map(|i| 1e-3 * f64::from(i)).collect();
+        let slow = |t: f64| {
+            slowly
+                .map_or(0.0, |(slow, share)| share * slow[((1e3 * t).round().max(0.0) as usize).min(11_999)])
+        };
         let mut noise = |sd: f64| sd * rng.sample::<f64, _>(StandardNormal);
         let leads: Vec<f64> = times.iter().map(|&t| force(t) + noise(0.01)).collect();
         let frames: Vec<f64> = (0..360).map(|i| f64::from(i) / 30.0).collect();
-        let follows: Vec<f64> = frames.iter().map(|&t| 0.3 - 0.8 * force(t - lag_s) + noise(0.02)).collect();
-        lag_between(
-            Track { time_s: &times, value: &leads },
-            &[],
-            Track { time_s: &frames, value: &follows },
-            0.3,
-        )
+        let follows: Vec<f64> =
+            frames.iter().map(|&t| 0.3 - 0.8 * force(t - lag_s) + slow(t - lag_s) + noise(0.02)).collect();
+        let besides: Vec<Track<'_>> =
+            slowly.iter().map(|(slow, _)| Track { time_s: &times, value: slow }).collect();
+        let (leads, follows) =
+            (Track { time_s: &times, value: &leads }, Track { time_s: &frames, value: &follows });
+        lag_between(leads, &besides, follows, 0.3)
     }
 
     #[test]
     fn a_lag_is_found_within_its_deviation() {
-        let mut rng = ChaCha8Rng::seed_from_u64(9);
-        let (mut chi2, mut sd) = (0.0, 0.0);
         const DRAWS: usize = 40;
-        for i in 0..DRAWS {
-            let truth = 0.005 * i as f64 - 0.1;
-            let found = draw(&mut rng, truth).expect("alike");
-            assert!(found.explained > 0.98, "{found:?}");
-            chi2 += ((found.lag_s - truth) / found.sd_s).powi(2);
-            sd += found.sd_s / DRAWS as f64;
+        let slow = slow_force();
+        for slowly in [None, Some((&*slow, 0.1))] {
+            let mut rng = ChaCha8Rng::seed_from_u64(9);
+            let (mut chi2, mut sd) = (0.0, 0.0);
+            for i in 0..DRAWS {
+                let truth = 0.005 * i as f64 - 0.1;
+                let found = draw(&mut rng, truth, slowly).expect("alike");
+                assert!(found.explained > 0.98, "{found:?}");
+                chi2 += ((found.lag_s - truth) / found.sd_s).powi(2);
+                sd += found.sd_s / DRAWS as f64;
+            }
+            // Standard deviation of the mean √(2/40) = 0.22.
+            let mean = chi2 / DRAWS as f64;
+            assert!((0.3..1.8).contains(&mean), "mean χ² {mean}, mean deviation {sd}");
+            assert!(sd < 3e-3, "{sd}");
         }
-        // Standard deviation of the mean √(2/40) = 0.22.
-        let mean = chi2 / DRAWS as f64;
-        assert!((0.3..1.8).contains(&mean), "mean χ² {mean}, mean deviation {sd}");
-        assert!(sd < 3e-3, "{sd}");
     }
 
     #[test]

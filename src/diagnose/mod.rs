@@ -15,7 +15,7 @@
 //! | `extra`, [`large`] | what is not linear in the displacement |
 //! | `hum`, `rest`, `lasting`, `creep` | how far the instruments' errors are from white |
 //! | `left`, `beyond`, `place` | what a reading leaves: when, where, in which channel, how plainly |
-//! | `verdict`, `confidence`, `parameters`, `spread`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
+//! | `verdict`, `rivals`, `in_step`, `confidence`, `parameters`, `spread`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
 //!
 //! Symbols: `C` compliance for a unit modulus (1/m), `𝓔` the hereditary modulus, `q` force of the tip (N), `f` forces of the
 //! restraint discs (N), `u` displacements (m), `J` derivative of the readings by the parameters.
@@ -35,6 +35,7 @@ mod error;
 mod extra;
 mod gains;
 mod hum;
+mod in_step;
 mod knob;
 pub mod large;
 mod lasting;
@@ -53,6 +54,7 @@ mod plans;
 mod refit;
 mod registration;
 mod rest;
+mod rivals;
 mod rows;
 mod run;
 mod scan;

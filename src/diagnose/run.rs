@@ -26,9 +26,10 @@ use super::next_poke::{Standing, next_poke};
 use super::parameters::parameters;
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend};
+use super::rivals::others;
 use super::select::{MOST, Selection, Tried, finished, select};
 use super::undecided::undecided;
-use super::verdict::{EXPLAINS, Judged, judge, others};
+use super::verdict::{EXPLAINS, Judged, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
 
@@ -190,6 +191,11 @@ impl Run<'_> {
             if Beyond::noise(before).explained(&so_far) > WORTH_RESOLVING {
                 let at_rest = CLOSE_ENOUGH.max(LEFT_ANYWAY * so_far.all());
                 tried.fitted = resolved(model, tried.fitted.clone(), at_rest, self.progress)?;
+                // What may be named after all is brought to rest.
+                let now = Beyond::noise(&left(model, &tried.fitted)?);
+                if at_rest > CLOSE_ENOUGH && Beyond::noise(before).explained(&now) > EXPLAINS {
+                    tried.fitted = resolved(model, tried.fitted.clone(), CLOSE_ENOUGH, self.progress)?;
+                }
             }
         }
         let chosen = selection.best();
@@ -220,7 +226,7 @@ impl Run<'_> {
         fewer.tried[plainest].fitted = finished(model, fewer.tried[plainest].fitted.clone());
         match self.judged(model, &mut fewer, before, plain) {
             Ok(mut judged) if !judged.doubted() => {
-                judged.part_of(&fewer, whole);
+                judged.part_of(&fewer, whole, model.base());
                 Ok(Some((fewer, judged)))
             }
             Err(why) if !why.leaves_undecided() => Err(why),

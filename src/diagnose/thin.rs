@@ -86,7 +86,9 @@ pub(super) fn pruned(model: &Model<'_>, fitted: Fitted) -> Fitted {
         let less_than =
             |times: f64| Effort { optimism: FROM_CLOSE, hopeless: best.cost + times * PATCH, ..IN_FULL };
         let near = Effort { near: Some(&best), ..less_than(PLAINLY) };
-        if descend(model, &acting, best.at.clone(), near).is_some_and(|t| t.cost > near.hopeless) {
+        let plainly =
+            || descend(model, &acting, best.at.clone(), near).is_some_and(|t| t.cost > near.hopeless);
+        if !model.bulk_knobs(&best.acting, &best.at).is_empty() && plainly() {
             continue;
         }
         let effort = less_than(1.0);

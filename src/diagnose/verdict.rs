@@ -4,11 +4,13 @@ use super::beyond::Beyond;
 use super::confidence::{LEAST_CONFIDENCE, PLAIN_SD, confidence, nothing_left_out, unlisted};
 use super::diagnosis::{Estimate, Evidence, Phase, Verdict};
 use super::extra::Shelf;
+use super::in_step::{self, blamed, lag_in_step};
 use super::knob::Knob;
 use super::left::{Left, Mean};
 use super::model::Model;
 use super::physics::Physics;
 use super::refit::{End, Fitted};
+use super::rivals::{Rival, rivals, without};
 use super::select::{Selection, Tried, least};
 use super::uneven;
 
@@ -68,8 +70,12 @@ pub(super) fn judge(
     false_alarm: f64,
 ) -> Judged {
     let (before_noise, after_noise) = (Beyond::noise(before), Beyond::noise(after));
-    let p_value = before_noise.p_value();
-    let chosen = explaining(selection, plain);
+    let reading = explaining(selection, plain);
+    let named = reading.map_or_else(Vec::new, |reading| blamed(reading, model.base()));
+    // What a clock that is in step leaves is judged as if that were the baseline.
+    let chosen = reading.filter(|_| !named.is_empty());
+    let unblamed = if reading.is_some() && chosen.is_none() { &after_noise } else { &before_noise };
+    let p_value = unblamed.p_value();
     let shows = p_value < false_alarm / 2.0;
     let mut detected = chosen.is_some() || shows;
     let mut verdict = Verdict {
@@ -87,11 +93,7 @@ pub(super) fn judge(
     }
     let mut in_no_catalogue = false;
     if let Some(chosen) = chosen {
-        let in_step_s = lag_in_step(chosen, model.base());
-        let named = apart_from_lag(&chosen.physics, in_step_s);
-        let others = rivals(selection, chosen, &named);
-        let lacks = |other: &Tried| other.fitted.cost - chosen.fitted.cost;
-        let margin = |other: &&Tried| lacks(other) / own_gain(selection, plain, chosen, other);
+        let rivals = rivals(selection, plain, chosen, model.base());
         let earned = |p: &Physics| {
             without(selection, plain, chosen, |other| other != p) / least(model, &selection.base, *p)
         };
@@ -99,38 +101,35 @@ pub(super) fn judge(
         let evidence = Evidence {
             explained: before_noise.explained(&after_noise),
             gain: earned.iter().copied().fold(f64::INFINITY, f64::min),
-            margin: others.iter().map(margin).fold(1.0, f64::min).max(0.0),
+            margin: rivals.iter().map(Rival::margin).fold(1.0, f64::min).max(0.0),
             left: after_noise.deviations(),
             effects: named.len(),
         };
         verdict.evidence = Some(evidence);
         let sure = confidence(&evidence);
         let standing = Standing::of(shows, sure, &earned, &evidence);
-        if named.is_empty() {
-            verdict.confidence = nothing_left_out(1.0);
-            detected = false;
-        } else if standing == Standing::Chance {
-            remarks.push(format!("{} might explain the little that is left", names(&chosen.physics)));
+        if standing == Standing::Chance {
+            remarks.push(format!("{} might explain the little that is left", names(&named)));
             // No surer than where nothing explains anything.
             verdict.confidence = (1.0 - sure).clamp(LEAST_CONFIDENCE, nothing_left_out(p_value));
             detected = false;
         } else if standing == Standing::Doubted {
             verdict.unexplained = true;
             verdict.confidence = unlisted(&before_noise);
-            let closest = others.first().filter(|_| evidence.margin < HARDLY_TOLD);
+            let closest = rivals.first().filter(|_| evidence.margin < HARDLY_TOLD);
             let but = match closest {
                 _ if evidence.explained < EXPLAINS => {
                     format!("leaves {:.0} % of what is beyond noise", 100.0 * (1.0 - evidence.explained))
                 }
-                Some(rival) => format!("is hardly told from {}", names(&rival.physics)),
+                Some(rival) => format!("is hardly told from {}", names(&rival.blamed)),
                 None if evidence.effects > 2 => format!("takes {} effects for it", evidence.effects),
                 None => "explains hardly more than chance or elements can".to_owned(),
             };
-            remarks.push(format!("{} comes closest, but {but}", names(&chosen.physics)));
+            remarks.push(format!("{} comes closest, but {but}", names(&named)));
         } else {
             let mut as_well: Vec<Physics> = Vec::new();
-            for other in others.iter().filter(|o| lacks(o) < alike(own_gain(selection, plain, chosen, o))) {
-                for &physics in other.physics.iter().filter(|p| !chosen.physics.contains(p)) {
+            for rival in rivals.iter().filter(|rival| rival.lacks < alike(rival.own)) {
+                for &physics in rival.blamed.iter().filter(|p| !chosen.physics.contains(p)) {
                     if !as_well.contains(&physics) {
                         as_well.push(physics);
                     }
@@ -150,17 +149,12 @@ pub(super) fn judge(
             verdict.confidence = sure;
             verdict.ambiguous_with = as_well.into_iter().filter(|p| p.catalogued()).collect();
         }
-        remarks.extend(in_step_s.map(|lag_s| {
-            format!(
-                "the camera's clock is off by {:.1} ms, which is fitted and not blamed: clocks are put together no better",
-                1e3 * lag_s
-            )
-        }));
         remarks.extend(uneven::said(model, &chosen.fitted).filter(|_| verdict.unexplained));
     } else if detected {
         verdict.unexplained = true;
-        verdict.confidence = unlisted(&before_noise);
+        verdict.confidence = unlisted(unblamed);
     }
+    remarks.extend(reading.and_then(|reading| lag_in_step(reading, model.base())).map(in_step::said));
     if let Some(Evidence { left, .. }) = verdict.evidence.filter(|e| detected && e.left > PLAIN_SD) {
         remarks.push(format!(
             "{left:.0} standard deviations beyond noise are left: something lesser may act besides, or elements leave it"
@@ -171,29 +165,6 @@ pub(super) fn judge(
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
     Judged { detected, p_value, verdict, properties, remarks, in_no_catalogue, whole: None }
-}
-
-/// A camera that is late by less than this (s) is not blamed: the offset of its clock is found from the same markers (by a session's export,
-/// within half a millisecond on simulated benches), and what is left of it is no physics that was left out.
-const IN_STEP_S: f64 = 2e-3;
-
-/// The camera's lag (s) in a reading, if it is no more than that; `base` of its values come before its knobs'.
-fn lag_in_step(reading: &Tried, base: usize) -> Option<f64> {
-    let Fitted { acting, at, .. } = &reading.fitted;
-    let lag = acting.knobs.iter().position(|knob| matches!(knob, Knob::Lag))?;
-    Some(at[base + lag]).filter(|lag_s| lag_s.abs() < IN_STEP_S)
-}
-
-/// The effects of a reading that may be blamed.
-fn apart_from_lag(physics: &[Physics], in_step_s: Option<f64>) -> Vec<Physics> {
-    physics.iter().copied().filter(|p| in_step_s.is_none() || *p != Physics::CameraLag).collect()
-}
-
-/// Readings that do without some of what the chosen one would blame.
-fn rivals<'a>(selection: &'a Selection, chosen: &Tried, named: &[Physics]) -> Vec<&'a Tried> {
-    let mut rivals = others(selection, chosen);
-    rivals.retain(|other| !named.iter().all(|p| other.physics.contains(p)));
-    rivals
 }
 
 /// Whether a reading may be named.
@@ -224,38 +195,6 @@ const HARDLY_TOLD: f64 = 0.3;
 
 /// No reading is surer beside which something else may act.
 const NOT_ALONE: f64 = 0.85;
-
-/// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first. Stiffening
-/// contains large strain.
-pub(super) fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tried> {
-    let within = |p: &Physics, a: &[Physics]| {
-        a.contains(p) || *p == Physics::FiniteStrain && a.contains(&Physics::StrainStiffening)
-    };
-    let contains = |a: &[Physics], b: &[Physics]| b.iter().all(|p| within(p, a));
-    let mut others: Vec<&Tried> = selection
-        .tried
-        .iter()
-        .filter(|t| t.physics.len() == chosen.physics.len())
-        .filter(|t| !contains(&t.physics, &chosen.physics))
-        .collect();
-    others.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
-    others
-}
-
-/// What the chosen reading explains beyond what it has in common with another.
-///
-/// Why: beside an effect that explains nearly everything, all that may come with it lack little of the whole.
-fn own_gain(selection: &Selection, plain: f64, chosen: &Tried, other: &Tried) -> f64 {
-    without(selection, plain, chosen, |p| other.physics.contains(p))
-}
-
-/// By how much the sum of squares rises where only some effects of the chosen reading act.
-fn without(selection: &Selection, plain: f64, chosen: &Tried, stays: impl Fn(&Physics) -> bool) -> f64 {
-    let kept: Vec<&Physics> = chosen.physics.iter().filter(|p| stays(p)).collect();
-    let same = |t: &&Tried| t.physics.len() == kept.len() && kept.iter().all(|p| t.physics.contains(p));
-    let costs = selection.tried.iter().filter(same).map(|t| t.fitted.cost);
-    costs.fold(plain.min(selection.base.cost), f64::min) - chosen.fitted.cost
-}
 
 /// Names in a row.
 fn names(physics: &[Physics]) -> String {
@@ -307,9 +246,14 @@ impl Judged {
     }
 
     /// Those of the effects of the reading `whole` that are not blamed may act besides.
-    pub(super) fn part_of(&mut self, selection: &Selection, whole: usize) {
-        let effects = selection.tried[whole].physics.iter().copied();
-        let besides: Vec<Physics> = effects.filter(|p| !self.verdict.physics.contains(p)).collect();
+    pub(super) fn part_of(&mut self, selection: &Selection, whole: usize, base: usize) {
+        let reading = &selection.tried[whole];
+        let mut besides = blamed(reading, base);
+        besides.retain(|p| !self.verdict.physics.contains(p));
+        self.remarks.extend(lag_in_step(reading, base).map(in_step::said));
+        if besides.is_empty() {
+            return;
+        }
         self.whole = Some(whole);
         self.verdict.confidence = self.verdict.confidence.min(NOT_ALONE);
         let said = format!("besides, {} may act: this recording does not settle that", names(&besides));
@@ -412,42 +356,6 @@ mod tests {
         Selection { base, screened: Vec::new(), tried, chosen: Some(0), complete: true }
     }
 
-    /// A rival has as many effects; of the two chosen it lacks one, and only what that one explains is between them.
-    #[test]
-    fn a_rival_is_measured_by_what_it_lacks() {
-        let selection = selection();
-        let chosen = &selection.tried[0];
-        let rivals = others(&selection, chosen);
-        assert_eq!(rivals.len(), 1);
-        assert_eq!(rivals[0].physics, [Physics::Drying, Physics::SlackBand]);
-        assert_eq!(own_gain(&selection, 1000.0, chosen, rivals[0]), 200.0);
-        // Nothing in common with it: all that both explain, of the better baseline.
-        let stranger = &selection.tried[3];
-        assert_eq!(own_gain(&selection, 950.0, chosen, stranger), 850.0);
-    }
-
-    /// What stands in for a lag that is not blamed is no rival of what is; of a lag that is blamed it is one.
-    #[test]
-    fn a_clock_in_step_is_not_blamed() {
-        let mut selection = selection();
-        for (lag_s, named, rivals_left) in [
-            (9e-4, &[Physics::Drying][..], 0),
-            (-9e-4, &[Physics::Drying][..], 0),
-            (3e-3, &[Physics::Drying, Physics::CameraLag][..], 1),
-        ] {
-            let fitted = &mut selection.tried[0].fitted;
-            fitted.acting.knobs = vec![Knob::Drying, Knob::Lag];
-            fitted.at = nalgebra::DVector::from_vec(vec![9.0, 1e-4, lag_s]);
-            let chosen = &selection.tried[0];
-            let in_step_s = lag_in_step(chosen, 1);
-            assert_eq!(in_step_s, (named.len() == 1).then_some(lag_s));
-            let found = apart_from_lag(&chosen.physics, in_step_s);
-            assert_eq!(found, named);
-            assert_eq!(rivals(&selection, chosen, &found).len(), rivals_left);
-        }
-        assert_eq!(lag_in_step(&selection.tried[1], 0), None);
-    }
-
     /// A reading with a restraint that serves worse than the baseline's.
     #[test]
     fn what_leaves_more_than_the_baseline_explains_nothing() {
@@ -481,7 +389,7 @@ mod tests {
             whole: None,
         };
         assert!(!alone.doubted());
-        alone.part_of(&selection, 0);
+        alone.part_of(&selection, 0, 0);
         assert!(alone.remarks[0].contains("besides, camera-lag may act"), "{:?}", alone.remarks);
         assert!(alone.verdict.confidence <= NOT_ALONE);
         let fewer = Selection { chosen: Some(1), ..selection };

@@ -27,7 +27,8 @@ const LAST_OF_WAY: f64 = 0.4;
 const THERE: f64 = 0.98;
 /// The first of a hold lasts so long (s).
 const FIRST_OF_HOLD_S: f64 = 0.6;
-/// Time constant of what follows slowly (s): short of it is lateness, beyond it the first of a hold knows no difference.
+/// Time constant of what follows slowly (s). It stands for all from half a second on: the first of a hold knows little difference. Of what is gone
+/// faster a part is taken for lateness.
 const SLOWLY_S: f64 = 1.0;
 /// How far the end of the way in may be from what the whole says (s).
 const AROUND_WHOLE_S: f64 = 0.1;
@@ -93,7 +94,8 @@ pub(super) fn camera_lag(
     let whole = lag_between(stage.track(), &[], seen.track(), MOST_S)?;
     let slowly = stage.slowly(SLOWLY_S);
     let lags = ends.iter().filter_map(|&end| lag_at_end([&stage, &slowly], &seen, end, whole.lag_s).ok());
-    Ok(together(&lags.collect::<Vec<_>>()).unwrap_or(whole))
+    let of_all = || lag_between(stage.track(), &[slowly.track()], seen.track(), MOST_S).unwrap_or(whole);
+    Ok(together(&lags.collect::<Vec<_>>()).unwrap_or_else(of_all))
 }
 
 /// From when to when the stage goes the last of its way in and stands for a while (s).
@@ -263,23 +265,25 @@ mod tests {
         }
     }
 
-    /// A gel that relaxes beside bands that do not: 3 % of the way is gone again, with time constants of half a second to six.
+    /// A gel that relaxes beside bands that do not: some of the way is gone again. Without a slow share these would be 3 to 4 ms early.
     #[test]
     fn markers_that_creep_are_not_late() {
         let way = |i: usize| depth_m(1e-3 * i as f64);
-        for time_constant_s in [0.5, 1.5, 6.0] {
+        for (time_constant_s, share, within_s) in
+            [(0.2, 0.03, 2e-3), (0.5, 0.03, 1e-3), (1.5, 0.05, 1e-3), (6.0, 0.12, 1e-3)]
+        {
             let decay = f64::exp(-1e-3 / time_constant_s);
             let mut missing = 0.0;
             let crept: Vec<f64> = (1..17_000)
                 .map(|i| {
                     missing = missing * decay + way(i) - way(i - 1);
-                    way(i) - 0.03 * (way(i) - missing)
+                    way(i) - share * (way(i) - missing)
                 })
                 .collect();
             let lag_s = 0.0878;
             let seen = frames_of(1.0, |t| crept[(1e3 * (t - lag_s)).max(1.0) as usize - 1]);
             let found = camera_lag(&touched(), &seen, 3.0).expect("they follow");
-            assert!((found.lag_s - lag_s).abs() < 1e-3, "{found:?} for {time_constant_s} s");
+            assert!((found.lag_s - lag_s).abs() < within_s, "{found:?} for {time_constant_s} s");
         }
     }
 

@@ -1,0 +1,167 @@
+//! Which readings stand beside the chosen one: those that do without some of what it would blame, and how little they lack.
+
+use super::in_step::blamed;
+use super::physics::Physics;
+use super::select::{Selection, Tried};
+
+/// A reading that does without some of what another would blame.
+pub(super) struct Rival {
+    /// Its effects that may be blamed.
+    pub blamed: Vec<Physics>,
+    /// By how much less it lowers the sum of squares.
+    pub lacks: f64,
+    /// What the other explains beyond what both have in common.
+    ///
+    /// Why: beside an effect that explains nearly everything, all that may come with it lack little of the whole.
+    pub own: f64,
+}
+
+impl Rival {
+    /// The share of the other's own gain that it lacks.
+    pub(super) fn margin(&self) -> f64 {
+        self.lacks / self.own
+    }
+}
+
+/// Rivals of the chosen reading, the closest first; `base` of a reading's values come before its knobs'.
+///
+/// Beside a lag that is not blamed all readings may have the other effects in common. What stands in for those is then told from the reading
+/// without the lag.
+pub(super) fn rivals(selection: &Selection, plain: f64, chosen: &Tried, base: usize) -> Vec<Rival> {
+    let named = blamed(chosen, base);
+    let with_these = |t: &&Tried| t.physics.len() == named.len() && contains(&t.physics, &named);
+    let without_lag = (named.len() < chosen.physics.len())
+        .then(|| {
+            let same = selection.tried.iter().filter(with_these);
+            same.min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost))
+        })
+        .flatten();
+    let mut rivals = Vec::new();
+    for against in std::iter::once(chosen).chain(without_lag) {
+        for reading in others(selection, against) {
+            let blamed = blamed(reading, base);
+            if !blamed.is_empty() && !contains(&blamed, &named) {
+                let lacks = reading.fitted.cost - against.fitted.cost;
+                let own = without(selection, plain, against, |p| reading.physics.contains(p));
+                rivals.push(Rival { blamed, lacks, own });
+            }
+        }
+    }
+    rivals.sort_by(|a, b| a.margin().total_cmp(&b.margin()));
+    rivals
+}
+
+/// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first.
+pub(super) fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tried> {
+    let mut others: Vec<&Tried> = selection
+        .tried
+        .iter()
+        .filter(|t| t.physics.len() == chosen.physics.len())
+        .filter(|t| !contains(&t.physics, &chosen.physics))
+        .collect();
+    others.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+    others
+}
+
+/// Whether some effects contain others: stiffening contains large strain.
+fn contains(these: &[Physics], others: &[Physics]) -> bool {
+    others.iter().all(|p| {
+        these.contains(p) || *p == Physics::FiniteStrain && these.contains(&Physics::StrainStiffening)
+    })
+}
+
+/// By how much the sum of squares rises where only some effects of the chosen reading act.
+pub(super) fn without(
+    selection: &Selection,
+    plain: f64,
+    chosen: &Tried,
+    stays: impl Fn(&Physics) -> bool,
+) -> f64 {
+    let kept: Vec<&Physics> = chosen.physics.iter().filter(|p| stays(p)).collect();
+    let same = |t: &&Tried| t.physics.len() == kept.len() && kept.iter().all(|p| t.physics.contains(p));
+    let costs = selection.tried.iter().filter(same).map(|t| t.fitted.cost);
+    costs.fold(plain.min(selection.base.cost), f64::min) - chosen.fitted.cost
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::knob::Knob;
+    use super::super::refit::Fitted;
+    use super::*;
+    use nalgebra::DVector;
+
+    fn tried(physics: &[Physics], cost: f64) -> Tried {
+        Tried { physics: physics.to_vec(), fitted: Fitted::that_costs(cost) }
+    }
+
+    /// Two effects, a rival of one of them, and what each costs alone; the first in the list is chosen.
+    fn selection() -> Selection {
+        use Physics::{CameraLag, Drying, SlackBand};
+        let tried = vec![
+            tried(&[Drying, CameraLag], 100.0),
+            tried(&[Drying], 300.0),
+            tried(&[CameraLag], 900.0),
+            tried(&[SlackBand], 310.0),
+            tried(&[Drying, SlackBand], 110.0),
+        ];
+        let base = Fitted::that_costs(1000.0);
+        Selection { base, screened: Vec::new(), tried, chosen: Some(0), complete: true }
+    }
+
+    /// A rival has as many effects; of the two chosen it lacks one, and only what that one explains is between them.
+    #[test]
+    fn a_rival_is_measured_by_what_it_lacks() {
+        let mut selection = selection();
+        let found = rivals(&selection, 1000.0, &selection.tried[0], 0);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].blamed, [Physics::Drying, Physics::SlackBand]);
+        assert_eq!((found[0].lacks, found[0].own, found[0].margin()), (10.0, 200.0, 0.05));
+        // Nothing in common: all that it explains, of the better baseline.
+        selection.chosen = Some(1);
+        let found = rivals(&selection, 950.0, &selection.tried[1], 0);
+        let measured: Vec<(f64, f64)> = found.iter().map(|r| (r.lacks, r.own)).collect();
+        assert_eq!(measured, [(10.0, 650.0), (600.0, 650.0)]);
+    }
+
+    /// Beside a lag that is not blamed, what stands in for the lag is no rival; what stands in for the effect that is blamed is one, though no
+    /// reading of two effects does without it.
+    #[test]
+    fn a_lag_that_is_not_blamed_hides_no_rival() {
+        let mut selection = selection();
+        let fitted = &mut selection.tried[0].fitted;
+        fitted.acting.knobs = vec![Knob::Drying, Knob::Lag];
+        fitted.at = DVector::from_vec(vec![9.0, 1e-4, 9e-4]);
+        let found = rivals(&selection, 1000.0, &selection.tried[0], 1);
+        let names: Vec<&[Physics]> = found.iter().map(|rival| &*rival.blamed).collect();
+        assert_eq!(names, [&[Physics::SlackBand][..], &[Physics::CameraLag]]);
+        assert_eq!((found[0].lacks, found[0].own), (10.0, 700.0));
+    }
+
+    /// A rival whose lag is not blamed is one for its other effects only; with no other it is none.
+    #[test]
+    fn a_lag_that_is_not_blamed_is_no_rival() {
+        let mut selection = selection();
+        for (index, knobs) in [(2, vec![Knob::Lag]), (0, vec![Knob::Drying, Knob::Lag])] {
+            let fitted = &mut selection.tried[index].fitted;
+            fitted.at = DVector::from_vec(vec![9e-4; 2]);
+            fitted.acting.knobs = knobs;
+        }
+        let of_drying = rivals(&selection, 1000.0, &selection.tried[1], 0);
+        assert_eq!(of_drying.len(), 1);
+        assert_eq!(of_drying[0].blamed, [Physics::SlackBand]);
+        let of_two = rivals(&selection, 1000.0, &selection.tried[4], 0);
+        assert_eq!((of_two.len(), &*of_two[0].blamed), (1, &[Physics::Drying][..]));
+    }
+
+    /// Stiffening contains large strain, with a lag that is not blamed beside it or without.
+    #[test]
+    fn stiffening_is_no_rival_of_large_strain() {
+        let mut selection = selection();
+        selection.tried = vec![
+            tried(&[Physics::FiniteStrain], 100.0),
+            tried(&[Physics::StrainStiffening], 90.0),
+            tried(&[Physics::Drying], 800.0),
+        ];
+        assert_eq!(rivals(&selection, 1000.0, &selection.tried[0], 0).len(), 1);
+    }
+}
