@@ -1,8 +1,7 @@
 //! Whether a camera's clock is in step: late by so little that no physics was left out.
 //!
-//! Clocks of cameras, sensors and stages are put together from what they recorded. A session's export finds how late pictures are within half a
-//! millisecond on simulated benches; other programs, or a camera that sends positions, do no better than a few. A lag below that is fitted with
-//! what it stands beside, told, and not blamed.
+//! Clocks of cameras, sensors and stages are put together from what they recorded, and a recording does not say how well: two milliseconds are
+//! asked of a rig. A lag below that is told, and not blamed.
 
 use super::knob::Knob;
 use super::physics::Physics;
@@ -28,7 +27,7 @@ pub(super) fn blamed(reading: &Tried, base: usize) -> Vec<Physics> {
 /// What is said of it.
 pub(super) fn said(lag_s: f64) -> String {
     format!(
-        "a camera that is late by {:.1} ms explains some of it: less than {:.0} ms is not blamed, clocks are put together no better",
+        "a camera that is late by {:.1} ms explains some of it: less than {:.0} ms is not blamed: clocks that were put together may differ by that",
         1e3 * lag_s,
         1e3 * IN_STEP_S
     )

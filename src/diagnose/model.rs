@@ -119,7 +119,7 @@ impl Changed {
     }
 }
 
-/// So many changes are kept: some megabytes each.
+/// So many changes are kept.
 const KEPT: usize = 64;
 
 /// Knobs this close to known ones, over their longest step, are answered by the derivative there.

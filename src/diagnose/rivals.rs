@@ -84,7 +84,7 @@ pub(super) fn without(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::knob::Knob;
     use super::super::refit::Fitted;
     use super::*;
@@ -95,7 +95,7 @@ mod tests {
     }
 
     /// Two effects, a rival of one of them, and what each costs alone; the first in the list is chosen.
-    fn selection() -> Selection {
+    pub(in super::super) fn selection() -> Selection {
         use Physics::{CameraLag, Drying, SlackBand};
         let tried = vec![
             tried(&[Drying, CameraLag], 100.0),
@@ -106,6 +106,15 @@ mod tests {
         ];
         let base = Fitted::that_costs(1000.0);
         Selection { base, screened: Vec::new(), tried, chosen: Some(0), complete: true }
+    }
+
+    /// The same with a lag that is not blamed; one of its values comes before its knobs'.
+    pub(in super::super) fn with_a_lag_in_step() -> Selection {
+        let mut selection = selection();
+        let fitted = &mut selection.tried[0].fitted;
+        fitted.acting.knobs = vec![Knob::Drying, Knob::Lag];
+        fitted.at = DVector::from_vec(vec![9.0, 1e-4, 9e-4]);
+        selection
     }
 
     /// A rival has as many effects; of the two chosen it lacks one, and only what that one explains is between them.
@@ -127,10 +136,7 @@ mod tests {
     /// reading of two effects does without it.
     #[test]
     fn a_lag_that_is_not_blamed_hides_no_rival() {
-        let mut selection = selection();
-        let fitted = &mut selection.tried[0].fitted;
-        fitted.acting.knobs = vec![Knob::Drying, Knob::Lag];
-        fitted.at = DVector::from_vec(vec![9.0, 1e-4, 9e-4]);
+        let selection = with_a_lag_in_step();
         let found = rivals(&selection, 1000.0, &selection.tried[0], 1);
         let names: Vec<&[Physics]> = found.iter().map(|rival| &*rival.blamed).collect();
         assert_eq!(names, [&[Physics::SlackBand][..], &[Physics::CameraLag]]);

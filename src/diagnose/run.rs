@@ -25,7 +25,7 @@ use super::model::Model;
 use super::next_poke::{Standing, next_poke};
 use super::parameters::parameters;
 use super::place::{parts, region};
-use super::refit::{Effort, Fitted, IN_FULL, descend};
+use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
 use super::rivals::others;
 use super::select::{MOST, Selection, Tried, finished, select};
 use super::undecided::undecided;
@@ -193,8 +193,9 @@ impl Run<'_> {
                 tried.fitted = resolved(model, tried.fitted.clone(), at_rest, self.progress)?;
                 // What may be named after all is brought to rest.
                 let now = Beyond::noise(&left(model, &tried.fitted)?);
-                if at_rest > CLOSE_ENOUGH && Beyond::noise(before).explained(&now) > EXPLAINS {
-                    tried.fitted = resolved(model, tried.fitted.clone(), CLOSE_ENOUGH, self.progress)?;
+                if at_rest > CLOSE_ENOUGH && Beyond::noise(before).explained(&now) >= EXPLAINS {
+                    let effort = Effort { at_rest: CLOSE_ENOUGH, ..IN_FULL };
+                    tried.fitted = descend_from(model, tried.fitted.clone(), effort);
                 }
             }
         }

@@ -338,23 +338,8 @@ impl Judged {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rivals::tests::{selection, with_a_lag_in_step};
     use super::*;
-
-    /// Two effects, a rival of one of them, and what each costs alone; the first in the list is chosen.
-    fn selection() -> Selection {
-        use Physics::{CameraLag, Drying, SlackBand};
-        let tried =
-            |physics: &[Physics], cost| Tried { physics: physics.to_vec(), fitted: Fitted::that_costs(cost) };
-        let tried = vec![
-            tried(&[Drying, CameraLag], 100.0),
-            tried(&[Drying], 300.0),
-            tried(&[CameraLag], 900.0),
-            tried(&[SlackBand], 800.0),
-            tried(&[Drying, SlackBand], 110.0),
-        ];
-        let base = Fitted::that_costs(1000.0);
-        Selection { base, screened: Vec::new(), tried, chosen: Some(0), complete: true }
-    }
 
     /// A reading with a restraint that serves worse than the baseline's.
     #[test]
@@ -395,6 +380,13 @@ mod tests {
         let fewer = Selection { chosen: Some(1), ..selection };
         assert_eq!(alone.why(&fewer, 0), alone.why(&fewer, 4));
         assert_ne!(alone.why(&fewer, 0), alone.why(&fewer, 3));
+        // A lag that is not blamed is told, and settles nothing.
+        let in_step = with_a_lag_in_step();
+        let mut plain = Judged { whole: None, remarks: Vec::new(), ..alone.clone() };
+        plain.verdict.confidence = 0.97;
+        plain.part_of(&in_step, 0, 1);
+        assert_eq!((plain.whole, plain.verdict.confidence, plain.remarks.len()), (None, 0.97, 1));
+        assert!(plain.remarks[0].contains("late by 0.9 ms"), "{:?}", plain.remarks);
         alone.verdict.physics.clear();
         assert!(alone.doubted());
         assert!(!Judged { in_no_catalogue: true, ..alone }.doubted());
