@@ -86,6 +86,10 @@ proptest! {
         factor.solve_in_place(&mut found, 3).expect("a fitting length");
         let error = (DMatrix::from_vec(n, 3, found) - &expected).amax();
         prop_assert!(error <= 1e-10 * expected.amax(), "{error:e}");
+        let mut rows = rhs.transpose().as_slice().to_vec();
+        factor.solve_rows_in_place(&mut rows, 3).expect("a fitting length");
+        let error = (DMatrix::from_vec(3, n, rows).transpose() - &expected).amax();
+        prop_assert!(error <= 1e-10 * expected.amax(), "side by side: {error:e}");
     }
 }
 
@@ -155,6 +159,49 @@ fn points_that_say_nothing_cost_some_fill_and_nothing_else() {
     }
 }
 
+/// Loads on one end of a body, or on nothing, leave branches at rest; a factor made in the memory of another is not touched by it.
+#[test]
+fn what_is_at_rest_and_what_was_there_before_do_not_show() {
+    let problem = elastic_block([1.5, 1.0, 0.25], [18, 12, 3], 0.2);
+    let n = problem.position.len();
+    let analysis = dissected(&problem);
+    let mut stiffer = problem.matrix.clone();
+    stiffer.values_mut().iter_mut().for_each(|value| *value *= 3.0);
+    drop(analysis.factor(&stiffer).expect("a clamped body"));
+    let factor = analysis.factor(&problem.matrix).expect("a clamped body");
+    let mut x = vec![0.0; 3 * n];
+    x[0] = 1.0;
+    x[2 * n + n - 1] = -2.0;
+    let rhs = x.clone();
+    factor.solve_in_place(&mut x, 3).expect("a fitting length");
+    let mut anew = rhs.clone();
+    factored(&problem).solve_in_place(&mut anew, 3).expect("a fitting length");
+    assert!(x == anew, "the memory of another factor shows");
+    assert!(x[n..2 * n].iter().all(|&u| u == 0.0));
+    for (x, rhs) in x.chunks(n).zip(rhs.chunks(n)) {
+        let mut product = vec![0.0; n];
+        problem.matrix.multiply(x, &mut product);
+        let error = product.iter().zip(rhs).map(|(p, b)| (p - b).abs()).fold(0.0, f64::max);
+        assert!(error < 1e-9, "{error:e}");
+    }
+}
+
+/// Nothing is to be eliminated of it, and no operation counted.
+#[test]
+fn a_diagonal_matrix_is_solved_by_either_order() {
+    let lists: Vec<[u32; 1]> = (0..9).map(|i| [i]).collect();
+    let mut matrix =
+        SymmetricMatrix::zeros(Arc::new(Pattern::from_elements(9, lists.iter().map(<[u32; 1]>::as_slice))));
+    (0..9).for_each(|i| matrix.add(i, i, (i + 1) as f64).expect("the diagonal"));
+    let position = [[0.0; 3]; 9];
+    for ordering in [Ordering::MinimumDegree, Ordering::NestedDissection { position: &position }] {
+        let analysis = Analysis::new(matrix.pattern(), ordering).expect("analysis");
+        let mut x = vec![1.0; 9];
+        analysis.factor(&matrix).expect("positive").solve_in_place(&mut x, 1).expect("a fitting length");
+        assert!((0..9).all(|i| (x[i] - 1.0 / (i + 1) as f64).abs() < 1e-15), "{x:?}");
+    }
+}
+
 #[test]
 fn a_body_that_can_move_or_gives_energy_is_refused() {
     let mut problem = elastic_block([1.0, 1.0, 0.5], [4, 4, 2], 0.0);
@@ -207,6 +254,9 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
     };
     let one = run(1);
     assert!(one == run(2), "one and two threads differ");
+    let mut rows = DMatrix::from_column_slice(problem.position.len(), columns, rhs.as_slice()).transpose();
+    factored(&problem).solve_rows_in_place(rows.as_mut_slice(), columns).expect("a fitting length");
+    assert!(rows.transpose().as_slice() == one, "side by side and one after the other differ");
     let mut product = vec![0.0; problem.position.len()];
     let last = &one[problem.position.len() * (columns - 1)..];
     problem.matrix.multiply(last, &mut product);

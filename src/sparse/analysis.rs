@@ -20,7 +20,8 @@ pub enum Ordering<'a> {
     MinimumDegree,
 }
 
-/// Elimination order and structure of the factor, for every matrix of one pattern.
+/// Elimination order and structure of the factor, for every matrix of one pattern. It keeps the memory of the last factor that was
+/// dropped for the next one.
 #[derive(Debug, Clone)]
 pub struct Analysis {
     pattern: Arc<Pattern>,

@@ -6,11 +6,12 @@
 //! any number of right-hand sides. Every factor has solved a seeded probe system before anybody gets it.
 //!
 //! Deliberately absent: indefinite matrices (no pivoting), unsymmetric matrices, iterative solvers. The only
-//! room that names `faer`, and inside it only `cholesky.rs` does.
+//! room that names `faer`, and inside it only `cholesky.rs` and `substitution.rs` do.
 //!
 //! Symbols: `A = L Lᵀ` after the rows and columns were permuted, `n` unknowns.
 
 mod analysis;
+mod branches;
 mod cholesky;
 mod coarse;
 mod dissection;
@@ -22,6 +23,7 @@ mod matrix;
 mod pattern;
 mod refinement;
 mod separator;
+mod substitution;
 mod tree;
 
 pub use analysis::{Analysis, Ordering};
