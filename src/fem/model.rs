@@ -33,6 +33,17 @@ pub struct Model {
 /// A free component, a held one, and the stiffness between them.
 type Coupled = (u32, u32, f64);
 
+/// Loads that are solved for at once: what memory their right-hand sides need, besides the displacements, is bounded by it.
+const AT_ONCE: usize = 128;
+
+/// What is solved for: forces (N), and, where given, displacements (m) of held components.
+enum Load<'a> {
+    /// Weights on components.
+    Weights(&'a Functional),
+    /// For every component, `[3 n + i]`.
+    Nodal { force: Vec<f64>, prescribed: Option<Vec<f64>> },
+}
+
 /// Displacement of the whole body under a unit force at one spot, for a unit modulus.
 #[derive(Debug, Clone)]
 pub struct Response {
@@ -55,8 +66,8 @@ impl Model {
         if !held.contains(&true) {
             return Err(FemError::NotHeld { surface: fixed.to_owned() });
         }
-        let skeleton = Skeleton::new(&space, &held)?;
-        let stiffness = skeleton.assembled(&space, |cell| cell_stiffness(&space, cell, poisson_ratio));
+        let (skeleton, stiffness) =
+            Skeleton::with_stiffness(&space, &held, |cell| cell_stiffness(&space, cell, poisson_ratio))?;
         let factor = skeleton.factor(&space, &stiffness, &[], &[], &[])?;
         Ok(Self { space, poisson_ratio, held, skeleton, factor, coupling: OnceLock::new() })
     }
@@ -83,32 +94,23 @@ impl Model {
 
     /// Displacement components solved for.
     pub fn unknowns(&self) -> usize {
-        self.skeleton.unknowns
+        self.skeleton.layout.unknowns
     }
 
     /// Responses to a unit force along each axis at each spot. Flat discs carry their near field by the
     /// half-space; everything else is left to the elements.
     pub fn respond(&self, spots: &[&Spot]) -> Result<Vec<Response>, FemError> {
         let near: Vec<Option<Near>> = spots.iter().map(|spot| Near::of(spot, self.poisson_ratio)).collect();
-        let loads: Vec<(ByAxis, Option<ByAxis>)> = spots
-            .par_iter()
-            .zip(&near)
-            .map(|(spot, near)| match near {
-                Some(near) => {
-                    let (force, prescribed) = near.remainder(&self.space, &self.held);
-                    (force, Some(prescribed))
-                }
-                None => (std::array::from_fn(|i| self.scatter(&spot.weights[i])), None),
-            })
-            .collect();
-        let mut columns = Vec::with_capacity(3 * spots.len());
-        for (force, prescribed) in loads {
-            let mut prescribed = prescribed.map(|p| p.into_iter());
-            for f in force {
-                columns.push((f, prescribed.as_mut().and_then(Iterator::next)));
+        let loads = spots.par_iter().zip(&near).map(|(spot, near)| match near {
+            Some(near) => {
+                let ([fx, fy, fz], [x, y, z]) = near.remainder(&self.space, &self.held);
+                [(fx, x), (fy, y), (fz, z)]
+                    .map(|(force, prescribed)| Load::Nodal { force, prescribed: Some(prescribed) })
             }
-        }
-        let mut solved = self.solve(columns)?.into_iter();
+            None => spot.weights.each_ref().map(Load::Weights),
+        });
+        let loads: Vec<[Load<'_>; 3]> = loads.collect();
+        let mut solved = self.solve(loads.as_flattened())?.into_iter();
         Ok(near
             .into_iter()
             .map(|near| {
@@ -120,12 +122,13 @@ impl Model {
 
     /// Nodal displacement under loads given as weights on components, for a unit modulus.
     pub fn respond_to(&self, loads: &[Functional]) -> Result<Vec<Vec<f64>>, FemError> {
-        self.solve(loads.iter().map(|l| (self.scatter(l), None)).collect())
+        self.solve(&loads.iter().map(Load::Weights).collect::<Vec<_>>())
     }
 
     /// Nodal displacement under arbitrary nodal forces (`[3 n + i]`, N) for a unit modulus.
     pub fn displace(&self, forces: Vec<Vec<f64>>) -> Result<Vec<Vec<f64>>, FemError> {
-        self.solve(forces.into_iter().map(|f| (f, None)).collect())
+        let loads = forces.into_iter().map(|force| Load::Nodal { force, prescribed: None });
+        self.solve(&loads.collect::<Vec<_>>())
     }
 
     /// Nodal forces of a body force per volume (N/m³): `∫ b N`.
@@ -146,55 +149,62 @@ impl Model {
         force
     }
 
-    fn scatter(&self, functional: &Functional) -> Vec<f64> {
-        let mut force = vec![0.0; self.space.components()];
-        for &(c, w) in functional {
-            force[c as usize] += w;
-        }
-        force
+    /// Nodal displacement under each load.
+    fn solve(&self, loads: &[Load<'_>]) -> Result<Vec<Vec<f64>>, FemError> {
+        let prescribes = |load: &Load<'_>| matches!(load, Load::Nodal { prescribed: Some(_), .. });
+        let coupling = match loads.iter().any(prescribes) {
+            true => self.coupling.get_or_init(|| self.coupled()).as_slice(),
+            false => &[],
+        };
+        let unknowns = self.skeleton.layout.unknowns;
+        let block = |loads: &[Load<'_>]| {
+            let mut columns = vec![0.0; unknowns * loads.len()];
+            let each = columns.par_chunks_exact_mut(unknowns.max(1)).zip(loads);
+            each.for_each(|(column, load)| self.write_load(load, coupling, column));
+            self.factor.solve_in_place(&mut columns, loads.len())?;
+            let each = columns.par_chunks_exact(unknowns.max(1)).zip(loads);
+            Ok(each.map(|(column, load)| self.displacement(load, column)).collect())
+        };
+        let solved = loads.chunks(AT_ONCE).map(block).collect::<Result<Vec<Vec<_>>, FemError>>()?;
+        Ok(solved.into_iter().flatten().collect())
     }
 
-    /// Solves for nodal forces and, where given, prescribed displacements of held components.
-    fn solve(&self, columns: Vec<(Vec<f64>, Option<Vec<f64>>)>) -> Result<Vec<Vec<f64>>, FemError> {
-        let count = columns.len();
-        let (mut forces, prescribed): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
-        self.lift(&mut forces, &prescribed);
-        let unknowns = self.skeleton.unknowns;
-        let mut rhs = vec![0.0; unknowns * count];
-        rhs.par_chunks_exact_mut(unknowns.max(1)).zip(&forces).for_each(|(column, force)| {
-            for (&u, f) in self.skeleton.unknown.iter().zip(force) {
-                if u != HELD {
-                    column[u as usize] = *f;
+    /// Writes a load into its right-hand side, which is nought.
+    fn write_load(&self, load: &Load<'_>, coupling: &[Coupled], column: &mut [f64]) {
+        let unknown = &self.skeleton.layout.unknown;
+        match load {
+            Load::Weights(weights) => {
+                for &(component, weight) in *weights {
+                    if unknown[component as usize] != HELD {
+                        column[unknown[component as usize] as usize] += weight;
+                    }
                 }
             }
-        });
-        self.factor.solve_in_place(&mut rhs, count)?;
-        // Into fresh memory: where forces are nought theirs was never written, and to write what has been read as nought costs more.
-        drop(forces);
-        let displacement = |(k, prescribed): (usize, &Option<Vec<f64>>)| {
-            let column = &rhs[k * unknowns..][..unknowns];
-            let of = |(c, &u): (usize, &u32)| match (u, prescribed) {
-                (HELD, Some(prescribed)) => prescribed[c],
-                (HELD, None) => 0.0,
-                (u, _) => column[u as usize],
-            };
-            self.skeleton.unknown.iter().enumerate().map(of).collect()
-        };
-        Ok(prescribed.par_iter().enumerate().map(displacement).collect())
+            Load::Nodal { force, prescribed } => {
+                for (&unknown, force) in unknown.iter().zip(force).filter(|(unknown, _)| **unknown != HELD) {
+                    column[unknown as usize] = *force;
+                }
+                // What prescribed displacements exert on free components.
+                let Some(prescribed) = prescribed else { return };
+                for &(free, held, k) in coupling {
+                    column[unknown[free as usize] as usize] -= k * prescribed[held as usize];
+                }
+            }
+        }
     }
 
-    /// Takes the forces that prescribed displacements exert on free components off the right-hand sides.
-    fn lift(&self, forces: &mut [Vec<f64>], prescribed: &[Option<Vec<f64>>]) {
-        if prescribed.iter().all(Option::is_none) {
-            return;
-        }
-        let coupling = self.coupling.get_or_init(|| self.coupled());
-        forces.par_iter_mut().zip(prescribed).for_each(|(force, prescribed)| {
-            let Some(prescribed) = prescribed else { return };
-            for &(free, held, k) in coupling {
-                force[free as usize] -= k * prescribed[held as usize];
-            }
-        });
+    /// Displacement of all components, of the unknowns' `column` and what is prescribed.
+    fn displacement(&self, load: &Load<'_>, column: &[f64]) -> Vec<f64> {
+        let prescribed = match load {
+            Load::Nodal { prescribed, .. } => prescribed.as_deref(),
+            Load::Weights(_) => None,
+        };
+        let of = |(c, &u): (usize, &u32)| match (u, prescribed) {
+            (HELD, Some(prescribed)) => prescribed[c],
+            (HELD, None) => 0.0,
+            (u, _) => column[u as usize],
+        };
+        self.skeleton.layout.unknown.iter().enumerate().map(of).collect()
     }
 
     /// The stiffness between free and held components.
@@ -206,7 +216,7 @@ impl Model {
         let of_cell = |&cell: &u32| {
             let stiffness = cell_stiffness(&self.space, cell, self.poisson_ratio);
             let parts: Vec<usize> = components(self.space.cell(cell)).collect();
-            let is_held = |component: usize| self.skeleton.unknown[component] == HELD;
+            let is_held = |component: usize| self.skeleton.layout.unknown[component] == HELD;
             let mut own: Vec<Coupled> = Vec::new();
             for (a, &free) in parts.iter().enumerate().filter(|(_, c)| !is_held(**c)) {
                 for (b, &held) in parts.iter().enumerate().filter(|(_, c)| is_held(**c)) {

@@ -135,7 +135,8 @@ impl Near {
     /// displacement `−u` at held nodes; one of each for every force direction, `[3 n + i]`.
     pub fn remainder(&self, space: &Space, held: &[bool]) -> ([Vec<f64>; 3], [Vec<f64>; 3]) {
         let mut force: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; space.components()]);
-        let mut prescribed = force.clone();
+        // Not a copy: most of it is never written.
+        let mut prescribed: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; space.components()]);
         for (node, p) in space.nodes().iter().enumerate().filter(|&(node, _)| held[node]) {
             let u = self.displacement(p);
             for j in 0..3 {

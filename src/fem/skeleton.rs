@@ -13,8 +13,8 @@ use std::sync::Arc;
 /// Components that the known glue holds have no unknown.
 pub(super) const HELD: u32 = u32::MAX;
 
-/// Unknowns of a body, and the structure of its stiffness.
-pub(super) struct Skeleton {
+/// Unknowns of a body, and where they meet.
+pub(super) struct Layout {
     /// Unknown of each displacement component, or [`HELD`].
     pub unknown: Vec<u32>,
     /// Number of unknowns.
@@ -22,15 +22,21 @@ pub(super) struct Skeleton {
     /// Unknowns of every cell, those of held components left out.
     lists: Vec<Vec<u32>>,
     pattern: Arc<Pattern>,
+}
+
+/// Unknowns of a body, and the structure of its factored stiffness.
+pub(super) struct Skeleton {
+    /// The unknowns.
+    pub layout: Layout,
     analysis: Analysis,
 }
 
 /// Cells whose stiffness is held in memory at once.
 const CELLS_AT_ONCE: usize = 2048;
 
-impl Skeleton {
-    /// The structure for a body whose nodes `held` have no unknowns.
-    pub(super) fn new(space: &Space, held: &[bool]) -> Result<Self, FemError> {
+impl Layout {
+    /// For a body whose nodes `held` have no unknowns; and a point (m) for each unknown.
+    fn new(space: &Space, held: &[bool]) -> (Self, Vec<[f64; 3]>) {
         let mut unknown = vec![HELD; space.components()];
         let mut position = Vec::new();
         for (node, p) in space.nodes().iter().enumerate().filter(|&(node, _)| !held[node]) {
@@ -45,8 +51,7 @@ impl Skeleton {
             .collect();
         let unknowns = position.len();
         let pattern = Arc::new(Pattern::from_elements(unknowns, lists.iter().map(Vec::as_slice)));
-        let analysis = Analysis::new(&pattern, Ordering::NestedDissection { position: &position })?;
-        Ok(Self { unknown, unknowns, lists, pattern, analysis })
+        (Self { unknown, unknowns, lists, pattern }, position)
     }
 
     /// The stiffness of all cells together (row-major, as [`cell_stiffness`](super::cell_stiffness) gives it).
@@ -63,6 +68,41 @@ impl Skeleton {
         matrix
     }
 
+    /// Adds the stiffness `k` of one cell.
+    fn add(&self, matrix: &mut SymmetricMatrix, space: &Space, cell: usize, k: &[f64]) {
+        let side = 3 * Order::cell_nodes(space.order());
+        let free: Vec<usize> = components(space.cell(cell as u32))
+            .enumerate()
+            .filter(|&(_, c)| self.unknown[c] != HELD)
+            .map(|(local, _)| local)
+            .collect();
+        let block: Vec<f64> = free.iter().flat_map(|&a| free.iter().map(move |&b| k[a * side + b])).collect();
+        matrix.add_element(&self.lists[cell], &block);
+    }
+}
+
+impl Skeleton {
+    /// The structure for a body whose nodes `held` have no unknowns.
+    pub(super) fn new(space: &Space, held: &[bool]) -> Result<Self, FemError> {
+        let (layout, position) = Layout::new(space, held);
+        let analysis = Analysis::new(&layout.pattern, Ordering::NestedDissection { position: &position })?;
+        Ok(Self { layout, analysis })
+    }
+
+    /// As [`Skeleton::new`], and the stiffness of all cells together, as [`Layout::assembled`] gives it: side by side, as much of either
+    /// keeps one core only.
+    pub(super) fn with_stiffness(
+        space: &Space,
+        held: &[bool],
+        stiffness: impl Fn(u32) -> Vec<f64> + Sync,
+    ) -> Result<(Self, SymmetricMatrix), FemError> {
+        let (layout, position) = Layout::new(space, held);
+        let ordering = Ordering::NestedDissection { position: &position };
+        let (analysis, matrix) =
+            rayon::join(|| Analysis::new(&layout.pattern, ordering), || layout.assembled(space, &stiffness));
+        Ok((Self { layout, analysis: analysis? }, matrix))
+    }
+
     /// Factors a stiffness with `more` in some cells and `springs` besides; components that are `kept` (none where the list
     /// is empty) stay where they are although they have unknowns.
     pub(super) fn factor(
@@ -77,31 +117,19 @@ impl Skeleton {
             return Ok(self.analysis.factor(stiffness)?);
         }
         let mut matrix = stiffness.clone();
-        more.iter().for_each(|(cell, k)| self.add(&mut matrix, space, *cell as usize, k));
+        more.iter().for_each(|(cell, k)| self.layout.add(&mut matrix, space, *cell as usize, k));
         for spring in springs {
-            let list: Vec<u32> = spring.components.iter().map(|&c| self.unknown[c as usize]).collect();
+            let list: Vec<u32> = spring.components.iter().map(|&c| self.layout.unknown[c as usize]).collect();
             matrix.add_element(&list, spring.matrix.as_slice());
         }
         if kept.iter().any(|kept| *kept) {
-            let mut pinned = vec![false; self.unknowns];
-            for (_, &u) in kept.iter().zip(&self.unknown).filter(|(kept, u)| **kept && **u != HELD) {
+            let mut pinned = vec![false; self.layout.unknowns];
+            for (_, &u) in kept.iter().zip(&self.layout.unknown).filter(|(kept, u)| **kept && **u != HELD) {
                 pinned[u as usize] = true;
             }
             matrix.pin(&pinned);
         }
         Ok(self.analysis.factor(&matrix)?)
-    }
-
-    /// Adds the stiffness `k` of one cell.
-    fn add(&self, matrix: &mut SymmetricMatrix, space: &Space, cell: usize, k: &[f64]) {
-        let side = 3 * Order::cell_nodes(space.order());
-        let free: Vec<usize> = components(space.cell(cell as u32))
-            .enumerate()
-            .filter(|&(_, c)| self.unknown[c] != HELD)
-            .map(|(local, _)| local)
-            .collect();
-        let block: Vec<f64> = free.iter().flat_map(|&a| free.iter().map(move |&b| k[a * side + b])).collect();
-        matrix.add_element(&self.lists[cell], &block);
     }
 }
 

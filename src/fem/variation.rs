@@ -13,7 +13,7 @@ use super::space::Space;
 use super::spot::Functional;
 use crate::geometry::{Mat3, Vec3};
 use crate::sparse::{Factor, SymmetricMatrix};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DMatrixView};
 
 /// Elastic constants over the unvaried modulus, or a change of them.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,6 +117,9 @@ impl Moments {
     }
 }
 
+/// Touched components of other fields that are copied at once, where all of them would be another set of fields.
+const AT_ONCE: usize = 256;
+
 /// Nodal forces `δK u` of a change of stiffness, put together part by part, for several fields at once.
 #[derive(Debug, Clone)]
 pub struct NodalForces<'a> {
@@ -154,23 +157,27 @@ impl<'a> NodalForces<'a> {
 
     /// Their work on other fields: other loads × loads.
     pub fn work(&self, other: &DMatrix<f64>) -> DMatrix<f64> {
-        self.work_on(&self.touched_of(other))
+        Self::work_of(std::slice::from_ref(self), other).pop().unwrap_or_default()
     }
 
     /// The work of several that were put together from the same parts in the same order.
     pub fn work_of(all: &[Self], other: &DMatrix<f64>) -> Vec<DMatrix<f64>> {
         let Some(first) = all.first() else { return Vec::new() };
-        let touched = first.touched_of(other);
-        all.iter().map(|forces| forces.work_on(&touched)).collect()
-    }
-
-    fn touched_of(&self, other: &DMatrix<f64>) -> DMatrix<f64> {
-        other.select_columns(self.touched.iter().map(|&c| c as usize).collect::<Vec<_>>().iter())
-    }
-
-    fn work_on(&self, touched: &DMatrix<f64>) -> DMatrix<f64> {
-        let forces = DMatrix::from_column_slice(self.fields.nrows(), self.touched.len(), &self.forces);
-        touched * forces.transpose()
+        let loads = first.fields.nrows();
+        let mut work = vec![DMatrix::zeros(other.nrows(), loads); all.len()];
+        let mut seen = DMatrix::zeros(other.nrows(), first.touched.len().min(AT_ONCE));
+        for (chunk, touched) in first.touched.chunks(AT_ONCE).enumerate() {
+            let mut seen = seen.columns_mut(0, touched.len());
+            seen.column_iter_mut()
+                .zip(touched)
+                .for_each(|(mut seen, &c)| seen.copy_from(&other.column(c as usize)));
+            for (work, own) in work.iter_mut().zip(all) {
+                let forces = &own.forces[chunk * AT_ONCE * loads..][..touched.len() * loads];
+                let forces = DMatrixView::from_slice(forces, loads, touched.len()).transpose();
+                work.gemm(1.0, &seen, &forces, 1.0);
+            }
+        }
+        work
     }
 
     /// On these components: loads × components.
@@ -207,12 +214,12 @@ pub struct Varied<'a> {
 impl Model {
     /// The stiffness of the body as it is held, every cell's as given (row-major, side three times its nodes).
     pub fn stiffness(&self, of_cell: impl Fn(u32) -> Vec<f64> + Sync) -> Stiffness {
-        Stiffness(self.skeleton().assembled(self.space(), of_cell))
+        Stiffness(self.skeleton().layout.assembled(self.space(), of_cell))
     }
 
     /// As [`Model::stiffness`], of the body that nothing holds.
     pub fn loose_stiffness(&self, loose: &Loose, of_cell: impl Fn(u32) -> Vec<f64> + Sync) -> Stiffness {
-        Stiffness(loose.0.assembled(self.space(), of_cell))
+        Stiffness(loose.0.layout.assembled(self.space(), of_cell))
     }
 
     /// The body of this stiffness and `more` in some cells, held as it is.
@@ -253,22 +260,22 @@ impl Model {
 impl Varied<'_> {
     /// Fields under nodal forces, both loads × components.
     pub fn displace(&self, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, FemError> {
-        let (loads, n) = (forces.nrows(), self.skeleton.unknowns);
+        let (loads, n) = (forces.nrows(), self.skeleton.layout.unknowns);
         let solved = |c: usize| {
-            let u = self.skeleton.unknown[c];
+            let u = self.skeleton.layout.unknown[c];
             (u != HELD && !self.kept.get(c).is_some_and(|kept| *kept)).then_some(u as usize)
         };
         let mut rhs = vec![0.0; n * loads];
-        for c in 0..forces.ncols() {
+        for (c, force) in forces.column_iter().enumerate() {
             if let Some(u) = solved(c) {
-                forces.column(c).iter().enumerate().for_each(|(load, f)| rhs[load * n + u] = *f);
+                force.iter().zip(&mut rhs[u * loads..]).for_each(|(force, rhs)| *rhs = *force);
             }
         }
-        self.factor.solve_in_place(&mut rhs, loads)?;
+        self.factor.solve_rows_in_place(&mut rhs, loads)?;
         let mut fields = DMatrix::zeros(loads, forces.ncols());
-        for c in 0..forces.ncols() {
+        for (c, mut field) in fields.column_iter_mut().enumerate() {
             if let Some(u) = solved(c) {
-                fields.column_mut(c).iter_mut().enumerate().for_each(|(load, x)| *x = rhs[load * n + u]);
+                field.copy_from_slice(&rhs[u * loads..][..loads]);
             }
         }
         Ok(fields)

@@ -10,6 +10,7 @@ use super::restraint::{Mounted, Restraint};
 use crate::fem::Response;
 use crate::geometry::{Vec3, basis_from_axis};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// What is to be found.
@@ -193,26 +194,31 @@ impl<'a> Problem<'a> {
     /// How the blocks change with every parameter that moves discs: two shifts of every patch, and the radius of a
     /// glued spot. None without adjoint responses.
     pub fn changes(&self, patches: &[Restraint], mounted: &Mounted) -> Vec<(Parameter, Blocks)> {
-        let mut changes = Vec::new();
         if self.adjoint.is_empty() {
-            return changes;
+            return Vec::new();
         }
+        let mut moves: Vec<(Parameter, Vec<(usize, Vec3)>)> = Vec::new();
         for (p, (patch, group)) in patches.iter().zip(&mounted.groups).enumerate() {
             let Some((disc, _)) = mounted.discs[group.discs.start].spot.as_disc() else { continue };
-            let change = |moved: &[(usize, Vec3)], grown| {
-                self.bench.changed(&mounted.discs, &self.adjoint, moved, grown)
-            };
             let basis = basis_from_axis(&disc.normal);
             for tangent in [0, 1].map(|axis| basis.column(axis).into_owned()) {
-                let together: Vec<_> = group.discs.clone().map(|disc| (disc, tangent)).collect();
-                changes.push((Parameter::Shift(p, tangent), change(&together, false)));
+                let together = group.discs.clone().map(|disc| (disc, tangent)).collect();
+                moves.push((Parameter::Shift(p, tangent), together));
             }
             if patch.glued {
-                let apart: Vec<_> = group.discs.clone().zip(patch.growth(&disc.normal)).collect();
-                changes.push((Parameter::LogRadius(p), change(&apart, true)));
+                let apart = group.discs.clone().zip(patch.growth(&disc.normal)).collect();
+                moves.push((Parameter::LogRadius(p), apart));
             }
         }
-        changes
+        // All of these first, side by side: several moves need the same.
+        mounted.discs.par_iter().for_each(|disc| {
+            disc.slopes(&self.bench, &self.adjoint);
+        });
+        let change = |(parameter, moved): (Parameter, Vec<(usize, Vec3)>)| {
+            let grown = matches!(parameter, Parameter::LogRadius(_));
+            (parameter, self.bench.changed(&mounted.discs, &self.adjoint, &moved, grown))
+        };
+        moves.into_par_iter().map(change).collect()
     }
 
     /// What the model says at a state.
@@ -233,21 +239,18 @@ impl<'a> Problem<'a> {
         let Predicted { state, mounted, prediction, residual } = at;
         let (jacobian, parameters) = {
             let forward = self.forward(&mounted, state.modulus)?;
-            let mut parameters = Vec::new();
-            let mut columns = Vec::new();
-            let mut add = |parameter, change: &Change<'_>, scale: f64| -> Result<(), InverseError> {
-                let derivative = forward.derivative(change).ok_or(NOT_POSITIVE)?;
-                parameters.push(parameter);
-                columns.push(self.whitening.sensitivity(&derivative) * scale);
-                Ok(())
-            };
-            add(Parameter::LogModulus, &Change::LogModulus, 1.0)?;
-            for (parameter, blocks) in self.changes(&state.patches, &mounted) {
-                add(parameter, &Change::Blocks(&blocks), 1.0)?;
-            }
+            let changes = self.changes(&state.patches, &mounted);
+            let mut all = vec![(Parameter::LogModulus, Change::LogModulus, 1.0)];
+            all.extend(changes.iter().map(|(parameter, blocks)| (*parameter, Change::Blocks(blocks), 1.0)));
             for (p, group) in mounted.groups.iter().enumerate().filter(|(_, group)| group.softness > 0.0) {
-                add(Parameter::LogSoftness(p), &Change::Softness(p), group.softness)?;
+                all.push((Parameter::LogSoftness(p), Change::Softness(p), group.softness));
             }
+            let column = |(_, change, scale): &(Parameter, Change<'_>, f64)| {
+                let derivative = forward.derivative(change).ok_or(NOT_POSITIVE)?;
+                Ok(self.whitening.sensitivity(&derivative) * *scale)
+            };
+            let columns = all.par_iter().map(column).collect::<Result<Vec<_>, InverseError>>()?;
+            let parameters = all.into_iter().map(|(parameter, ..)| parameter).collect();
             (DMatrix::from_columns(&columns), parameters)
         };
         Ok(Linearised { state, mounted, prediction, residual, jacobian, parameters, unrest: 0.0 })
