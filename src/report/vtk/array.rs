@@ -119,7 +119,8 @@ pub(super) fn encode(bytes: &[u8]) -> io::Result<String> {
     let mut deflated = Vec::new();
     for block in bytes.chunks(BLOCK) {
         let before = deflated.len();
-        let mut encoder = ZlibEncoder::new(&mut deflated, Compression::default());
+        // A seventh larger than by default, in half the time.
+        let mut encoder = ZlibEncoder::new(&mut deflated, Compression::fast());
         encoder.write_all(block)?;
         encoder.finish()?;
         header.push((deflated.len() - before) as u64);
