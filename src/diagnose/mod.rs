@@ -37,6 +37,7 @@ mod gains;
 mod hum;
 mod in_step;
 mod knob;
+mod known;
 pub mod large;
 mod lasting;
 mod law;

@@ -13,6 +13,7 @@ use super::effects::Effects;
 use super::error::DiagnoseError;
 use super::extra::{Extra, Shelf};
 use super::knob::Knob;
+use super::known::{Changed, Known};
 use super::march::{Group, March, march};
 use super::refit::Fitted;
 use super::registration::by_place;
@@ -25,7 +26,7 @@ use crate::inverse::{Parameter, Settled};
 use nalgebra::{DMatrix, DVector};
 use num_dual::DualNum;
 use rayon::prelude::*;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 /// Relative standard deviations of what the elements get wrong at one site: force, and markers' motion.
 const ELEMENTS: [f64; 2] = [2e-3, 3e-3];
@@ -94,7 +95,7 @@ pub(super) struct Model<'a> {
     modulus: f64,
     /// Changes of the body, where the elements have an answer.
     lab: Result<bulk::Lab<'a>, DiagnoseError>,
-    changes: Mutex<Vec<Arc<Changed>>>,
+    known: Known,
     /// What elements that resolve a change of the body add to it.
     correction: Option<Changed>,
     /// Laws that are not linear: for a look, and in full once one of them is promising.
@@ -104,26 +105,6 @@ pub(super) struct Model<'a> {
 
 /// What knobs do to the body.
 type ChangeOf<'c> = &'c dyn Fn(&[(BulkKnob, f64)]) -> Option<BodyChange>;
-
-/// A change of the body that was worked out.
-pub(super) struct Changed {
-    knobs: Vec<(BulkKnob, f64)>,
-    change: BodyChange,
-}
-
-impl Changed {
-    /// Steps of the same knobs from here to these values.
-    fn steps_to(&self, knobs: &[(BulkKnob, f64)]) -> Option<Vec<f64>> {
-        let same = self.knobs.len() == knobs.len() && self.knobs.iter().zip(knobs).all(|(a, b)| a.0 == b.0);
-        same.then(|| self.knobs.iter().zip(knobs).map(|(a, b)| b.1 - a.1).collect())
-    }
-}
-
-/// So many changes are kept.
-const KEPT: usize = 64;
-
-/// Knobs this close to known ones, over their longest step, are answered by the derivative there.
-const CLOSE: f64 = 0.02;
 
 /// A march with what it was made for.
 pub(super) struct Marched<'a> {
@@ -203,7 +184,7 @@ impl<'a> Model<'a> {
             modulus,
             lab,
             finer,
-            changes: Mutex::default(),
+            known: Known::default(),
             correction: None,
             rough,
             fine: OnceLock::new(),
@@ -395,32 +376,16 @@ impl<'a> Model<'a> {
         self.moved(&*self.nearest(knobs)?, knobs)
     }
 
-    /// What these knobs do to the body, by the derivatives of what is known of the same knobs.
-    fn moved(&self, known: &Changed, knobs: &[(BulkKnob, f64)]) -> Option<BodyChange> {
-        let change = known.change.moved(&known.steps_to(knobs)?);
-        let correction = self.correction.as_ref().and_then(|c| Some(c.change.moved(&c.steps_to(knobs)?)));
-        Some(correction.map_or_else(|| change.clone(), |correction| change.plus(&correction)))
+    /// A change so close to this one that its derivatives lead here.
+    fn nearest(&self, knobs: &[(BulkKnob, f64)]) -> Option<Arc<Changed>> {
+        self.known.nearest(self.lab()?, knobs)
     }
 
-    /// A change so close to this one that its derivatives lead here, worked out where none is known.
-    fn nearest(&self, knobs: &[(BulkKnob, f64)]) -> Option<Arc<Changed>> {
-        let lab = self.lab()?;
-        let close = |known: &&Arc<Changed>| {
-            known.steps_to(knobs).is_some_and(|steps| {
-                steps.iter().zip(knobs).all(|(step, (knob, _))| step.abs() <= CLOSE * lab.range(*knob).1)
-            })
-        };
-        let kept = || self.changes.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = kept().iter().rev().find(close) {
-            return Some(Arc::clone(known));
-        }
-        let made = Arc::new(Changed { knobs: knobs.to_vec(), change: lab.changed(knobs).ok()? });
-        let mut kept = kept();
-        if kept.len() == KEPT {
-            kept.remove(0);
-        }
-        kept.push(Arc::clone(&made));
-        Some(made)
+    /// What these knobs do to the body, by the derivatives of what is known of the same knobs, and the correction where one holds.
+    fn moved(&self, known: &Changed, knobs: &[(BulkKnob, f64)]) -> Option<BodyChange> {
+        let change = known.moved(knobs)?;
+        let correction = self.correction.as_ref().and_then(|correction| correction.moved(knobs));
+        Some(correction.map_or_else(|| change.clone(), |correction| change.plus(&correction)))
     }
 
     /// Smallest and largest value of a knob, and the longest step of a fit.
@@ -469,7 +434,7 @@ impl<'a> Model<'a> {
     ) -> Result<(), DiagnoseError> {
         if let Some(own) = self.lab() {
             let change = lab.changed(knobs)?.less(&own.changed(knobs)?);
-            self.correction = Some(Changed { knobs: knobs.to_vec(), change });
+            self.correction = Some(Changed::new(knobs, change));
         }
         Ok(())
     }

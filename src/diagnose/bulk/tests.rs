@@ -3,11 +3,13 @@
 use super::changes::BodyChange;
 use super::knob::BulkKnob::{self, *};
 use super::lab::Lab;
+use crate::diagnose::known::Known;
 use crate::diagnose::{DiagnoseError, Physics};
 use crate::fem::{Model, Order, Spot, readings};
 use crate::geometry::Vec3;
 use crate::mesh::{Block, TetMesh, block};
 use nalgebra::DMatrix;
+use std::sync::Arc;
 
 /// A slab of 60 × 50 × 20 mm, glued underneath for x ≤ 30 mm.
 fn slab() -> TetMesh {
@@ -91,6 +93,33 @@ fn ball(x: f64, y: f64, z: f64, radius: f64, log_ratio: f64) -> Vec<(BulkKnob, f
 
 fn loose(x: f64, y: f64, radius: f64) -> Vec<(BulkKnob, f64)> {
     vec![(LooseCentre(0), x), (LooseCentre(1), y), (LooseRadius, radius)]
+}
+
+/// What is known answers for what is close to it, by its derivatives to second order in the step, and for nothing else.
+#[test]
+fn what_is_known_leads_to_what_is_close() {
+    let model = model(&slab(), 0.45);
+    let lab = lab(&model);
+    let known = Known::default();
+    let start = vec![(Poisson, 0.01)];
+    let longest = lab.range(Poisson).1;
+    let first = known.nearest(&lab, &start).expect("sound");
+    let error = |step: f64| {
+        let near = vec![(Poisson, 0.01 + step * longest)];
+        let found = known.nearest(&lab, &near).expect("sound");
+        assert!(Arc::ptr_eq(&first, &found), "{step}");
+        let exact = all(&lab.changed_only(&near).expect("sound"), None);
+        let before = all(&lab.changed_only(&start).expect("sound"), None);
+        let led = all(&found.moved(&near).expect("the same knobs"), None);
+        (apart(&led, &exact), apart(&before, &exact))
+    };
+    let ((half, _), (whole, by)) = (error(0.009), error(0.018));
+    assert!(whole < 0.02 * by, "{whole:e} of {by:e}");
+    assert!((3.0..5.0).contains(&(whole / half)), "{}", whole / half);
+    let far = known.nearest(&lab, &[(Poisson, 0.01 + 0.03 * longest)]).expect("sound");
+    assert!(!Arc::ptr_eq(&first, &far));
+    assert!(first.moved(&[(BaseGive, 0.0)]).is_none());
+    assert!(known.nearest(&lab, &[(Poisson, 0.7)]).is_none(), "no such body");
 }
 
 /// A ball like the rest, an axis like the others, a rigid hold change nothing; a ball that has everything in it scales
