@@ -1,16 +1,17 @@
 //! `prove`: concealed draws → every verdict on disk, then the answers opened, then how well.
 
 use super::proof::{
-    Making, ProofError, ProofFolder, close_verdicts, draw_name, make_verdicts, open_answer, open_key,
+    Making, ProofError, ProofFolder, Sums, close_verdicts, draw_name, make_verdicts, open_answer, open_key,
     read_sums, read_verdict, replace,
 };
 use super::{Context, Exit, Outcome, UsageError};
 use crate::report::scorecard::{
-    Answer, Draw, Limit, Scorecard, draw_text, judge, scorecard_page, scorecard_text,
+    Answer, Draw, Judged, Limit, Scorecard, draw_text, judge, scorecard_page, scorecard_text,
 };
+use anyhow::Context as _;
 use clap::Args;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Diagnoses concealed draws, opens their answers, and says how well the diagnoses answer them.
 ///
@@ -21,18 +22,24 @@ use std::path::PathBuf;
 /// was stopped.
 ///
 /// For a stricter proof take DIR.key away until the verdicts are closed.
+///
+/// Several folders are proved one after the other, each with its own scorecard, and then counted together.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig conceal --seed 20261 --count 500 --out proofs/20261
   phantom-rig prove proofs/20261
-  phantom-rig prove proofs/20261 --detection-limit 15 --json > 20261.json")]
+  phantom-rig prove proofs/20261 --detection-limit 15 --json > 20261.json
+  phantom-rig prove proofs/20261 proofs/20262 --out proofs/both")]
 pub(super) struct ProveArguments {
-    /// The folder that `conceal` made
-    #[arg(value_name = "DIR")]
-    folder: PathBuf,
-    /// The key of the answers; by default DIR.key
+    /// The folder that `conceal` made, or several
+    #[arg(value_name = "DIR", required = true)]
+    folders: Vec<PathBuf>,
+    /// The key of the answers of a single folder; by default DIR.key
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
+    /// Where the scorecard of several folders together is written; by default it is printed only
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Recordings diagnosed at a time; by default one a core
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
@@ -65,54 +72,152 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
     if jobs == 0 {
         return Err(UsageError("--jobs 0: at least one is needed".to_owned()).into());
     }
-    let folder = ProofFolder::new(&arguments.folder);
-    let manifest = folder.made()?;
-    let hashes = read_sums(&folder.hashes())?;
-    let draws: Vec<String> = (1..=manifest.count).map(draw_name).collect();
-    for draw in &draws {
-        let incomplete = |what| ProofError::Incomplete { draw: draw.clone(), what };
-        if !folder.recording(draw).is_dir() {
-            return Err(incomplete("recording").into());
-        }
-        if !hashes.contains_key(draw) {
-            return Err(incomplete("hash in hashes.csv").into());
-        }
+    let several = arguments.folders.len() > 1;
+    distinct(arguments, several)?;
+    // No answer is opened before the last verdict is closed.
+    let mut closed = Vec::with_capacity(arguments.folders.len());
+    for place in &arguments.folders {
+        let made = Closed::new(place, arguments, jobs, context);
+        closed.push(if several { made.with_context(|| place.display().to_string()) } else { made }?);
     }
-    if !folder.closed().is_file() {
-        folder.make()?;
-        let bar = context.progress.bar("diagnosing", draws.len() as u64);
-        let making = Making { jobs: jobs.min(draws.len()), pages: arguments.pages, quick: arguments.quick };
-        make_verdicts(&folder, &draws, making, &bar)?;
+    let mut proofs = Vec::with_capacity(closed.len());
+    for closed in closed {
+        let draws = closed.open(arguments);
+        let root = closed.folder.root();
+        let draws = if several { draws.with_context(|| root.display().to_string()) } else { draws }?;
+        let card = Scorecard::of(draws.iter().map(judge).collect(), limit);
+        let card = Scorecard { quick: arguments.quick, ..card };
+        let page = write_card(root, &card)?;
+        proofs.push(Proof { folder: closed.folder, draws, card, page });
     }
-    close_verdicts(&folder, &draws)?;
+    if let [proof] = proofs.as_slice() {
+        return outcome(&proof.card, proof.told());
+    }
+    let own = |proof: &Proof| {
+        let title = title_of(proof.folder.root());
+        let named =
+            move |judged: &Judged| Judged { name: format!("{title}/{}", judged.name), ..judged.clone() };
+        proof.card.judged.iter().map(named).collect::<Vec<_>>()
+    };
+    let together = Scorecard::of(proofs.iter().flat_map(own).collect(), limit);
+    let together = Scorecard { quick: arguments.quick, ..together };
+    let mut told = vec![scorecard_text(&together)];
+    told.extend(proofs.iter().map(|proof| format!("Page: {}", proof.page.display())));
+    if let Some(out) = &arguments.out {
+        std::fs::create_dir_all(out).with_context(|| format!("{}: can't be made", out.display()))?;
+        told.push(format!("Page of all: {}", write_card(out, &together)?.display()));
+    }
+    outcome(&together, told.join("\n"))
+}
 
-    let seal = open_key(&folder, arguments.key.as_deref())?;
-    let mut judged = Vec::with_capacity(draws.len());
-    let (few, mut told) = (draws.len() <= FEW, Vec::new());
-    for draw in &draws {
-        let answer: Answer = open_answer(&folder, &seal, draw, &hashes)?;
-        let (said, seconds) = read_verdict(&folder, draw, arguments.quick)?;
-        let opened = Draw { name: draw.clone(), answer, said, seconds };
-        judged.push(judge(&opened));
-        if few {
-            told.push(draw_text(&opened));
+/// Refuses what several folders cannot be asked, and the same folder twice, whose draws would count twice.
+fn distinct(arguments: &ProveArguments, several: bool) -> Result<(), UsageError> {
+    if several && arguments.key.is_some() {
+        return Err(UsageError(
+            "--key is for one folder: with several each has its own beside it".to_owned(),
+        ));
+    }
+    if !several && arguments.out.is_some() {
+        return Err(UsageError(
+            "--out is for several folders: the scorecard of one is written into it".to_owned(),
+        ));
+    }
+    let mut seen = Vec::new();
+    for folder in &arguments.folders {
+        let place = folder.canonicalize().unwrap_or_else(|_| folder.clone());
+        if seen.contains(&place) {
+            return Err(UsageError(format!("{} is given twice", folder.display())));
         }
+        seen.push(place);
     }
-    let card = Scorecard { quick: arguments.quick, ..Scorecard::of(judged, limit) };
-    let root = folder.root();
-    let title = root.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let json = scorecard_json(&card)?;
-    let page = root.join("scorecard.html");
-    replace(&page, scorecard_page(&card, &title)?.as_bytes())?;
-    replace(&root.join("scorecard.json"), (serde_json::to_string_pretty(&json)? + "\n").as_bytes())?;
-    if !few {
-        told.push(scorecard_text(&card));
+    Ok(())
+}
+
+/// A folder whose answers are open.
+struct Proof {
+    folder: ProofFolder,
+    draws: Vec<Draw>,
+    card: Scorecard,
+    page: PathBuf,
+}
+
+impl Proof {
+    /// The scorecard, or, of few draws, each of them, and where the pages are.
+    fn told(&self) -> String {
+        let few = self.draws.len() <= FEW;
+        let mut told = match few {
+            true => self.draws.iter().map(draw_text).collect(),
+            false => vec![scorecard_text(&self.card)],
+        };
+        let pages = self.draws.iter().map(|draw| self.folder.page(&draw.name));
+        let pages = pages.filter(|place| few && place.is_file()).chain([self.page.clone()]);
+        told.extend(pages.map(|place| format!("Page: {}", place.display())));
+        told.join("\n")
     }
-    let pages = draws.iter().map(|draw| folder.page(draw)).filter(|place| few && place.is_file());
-    told.extend(pages.chain([page]).map(|place| format!("Page: {}", place.display())));
-    let text = told.join("\n");
+}
+
+/// A folder whose verdicts are made and closed.
+struct Closed {
+    folder: ProofFolder,
+    draws: Vec<String>,
+    hashes: Sums,
+}
+
+impl Closed {
+    /// Has every draw diagnosed that has no verdict yet.
+    fn new(place: &Path, arguments: &ProveArguments, jobs: usize, context: &Context) -> anyhow::Result<Self> {
+        let folder = ProofFolder::new(place);
+        let manifest = folder.made()?;
+        let hashes = read_sums(&folder.hashes())?;
+        let draws: Vec<String> = (1..=manifest.count).map(draw_name).collect();
+        for draw in &draws {
+            let incomplete = |what| ProofError::Incomplete { draw: draw.clone(), what };
+            if !folder.recording(draw).is_dir() {
+                return Err(incomplete("recording").into());
+            }
+            if !hashes.contains_key(draw) {
+                return Err(incomplete("hash in hashes.csv").into());
+            }
+        }
+        if !folder.closed().is_file() {
+            folder.make()?;
+            let bar = context.progress.bar("diagnosing", draws.len() as u64);
+            let jobs = jobs.min(draws.len());
+            let making = Making { jobs, pages: arguments.pages, quick: arguments.quick };
+            make_verdicts(&folder, &draws, making, &bar)?;
+        }
+        close_verdicts(&folder, &draws)?;
+        Ok(Self { folder, draws, hashes })
+    }
+
+    /// Opens the answers.
+    fn open(&self, arguments: &ProveArguments) -> anyhow::Result<Vec<Draw>> {
+        let seal = open_key(&self.folder, arguments.key.as_deref())?;
+        let open = |draw: &String| -> anyhow::Result<Draw> {
+            let answer: Answer = open_answer(&self.folder, &seal, draw, &self.hashes)?;
+            let (said, seconds) = read_verdict(&self.folder, draw, arguments.quick)?;
+            Ok(Draw { name: draw.clone(), answer, said, seconds })
+        };
+        self.draws.iter().map(open).collect()
+    }
+}
+
+fn title_of(folder: &Path) -> String {
+    folder.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+/// Writes a scorecard as page and JSON; where the page is.
+fn write_card(folder: &Path, card: &Scorecard) -> anyhow::Result<PathBuf> {
+    let page = folder.join("scorecard.html");
+    replace(&page, scorecard_page(card, &title_of(folder))?.as_bytes())?;
+    let json = serde_json::to_string_pretty(&scorecard_json(card)?)? + "\n";
+    replace(&folder.join("scorecard.json"), json.as_bytes())?;
+    Ok(page)
+}
+
+fn outcome(card: &Scorecard, text: String) -> anyhow::Result<Outcome> {
     let exit = if card.failed.of == 0 { Exit::Good } else { Exit::Degraded };
-    Ok(Outcome { exit, text, json })
+    Ok(Outcome { exit, text, json: scorecard_json(card)? })
 }
 
 fn scorecard_json(card: &Scorecard) -> anyhow::Result<Value> {

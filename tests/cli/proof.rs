@@ -102,6 +102,32 @@ fn a_proof_holds_as_made_and_fails_when_tampered_with() {
         files(&proof.join("verdicts")).iter().map(|f| fs::read(f).expect("readable")).collect();
     assert_eq!(after, verdicts, "closed verdicts are not made again");
 
+    // Two folders count together, and each for itself as before.
+    let all = place.path().join("all");
+    let both = ["prove", utf8(&proof), utf8(&closed), "--quick", "--json", "--out", utf8(&all)];
+    let (code, stdout, stderr) = run(&both);
+    assert!(matches!(code, 0 | 3), "{code}: {stderr}");
+    let together: Value = serde_json::from_str(&stdout).expect("JSON");
+    assert_eq!(together["draws"], 4);
+    let names: Vec<&str> = together["judged"]
+        .as_array()
+        .expect("draws")
+        .iter()
+        .filter_map(|draw| draw["name"].as_str())
+        .collect();
+    assert_eq!(names, ["proof/draw-0001", "proof/draw-0002", "closed/draw-0001", "closed/draw-0002"]);
+    assert_eq!(together["mean_seconds"], card["mean_seconds"]);
+    assert!(all.join("scorecard.html").is_file() && closed.join("scorecard.json").is_file());
+    for (arguments, words) in [
+        (vec![utf8(&proof), utf8(&proof)], "is given twice"),
+        (vec![utf8(&proof), utf8(&closed), "--key", utf8(&nowhere)], "--key is for one folder"),
+        (vec![utf8(&proof), "--out", utf8(&all)], "--out is for several folders"),
+    ] {
+        let (code, _, stderr) = run(&[vec!["prove", "--quick"], arguments].concat());
+        assert!(code == 2 && stderr.contains(words), "{code}: {stderr}");
+    }
+    fs::remove_file(closed.join("scorecard.json")).expect("removed");
+
     type Tamper = fn(&Path);
     let beside = |folder: &Path, what: &str| Path::new(&format!("{}{what}", folder.display())).to_owned();
     let tampered: [(&str, &str, Tamper); 6] = [
