@@ -242,7 +242,8 @@ fn another_pattern_and_missing_points_are_refused() {
 #[test]
 fn the_answer_does_not_depend_on_the_number_of_threads() {
     let problem = elastic_block([1.0, 1.5, 0.5], [12, 14, 8], 0.2);
-    let columns = 70;
+    // Three blocks.
+    let columns = 150;
     let rhs = DVector::from_fn(problem.position.len() * columns, |i, _| ((i * 7919) % 1013) as f64 - 500.0);
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");

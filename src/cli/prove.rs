@@ -72,21 +72,19 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
     if jobs == 0 {
         return Err(UsageError("--jobs 0: at least one is needed".to_owned()).into());
     }
-    let several = arguments.folders.len() > 1;
-    distinct(arguments, several)?;
+    distinct(arguments)?;
+    let card_of = |judged| Scorecard { quick: arguments.quick, ..Scorecard::of(judged, limit) };
     // No answer is opened before the last verdict is closed.
     let mut closed = Vec::with_capacity(arguments.folders.len());
     for place in &arguments.folders {
         let made = Closed::new(place, arguments, jobs, context);
-        closed.push(if several { made.with_context(|| place.display().to_string()) } else { made }?);
+        closed.push(made.with_context(|| place.display().to_string())?);
     }
     let mut proofs = Vec::with_capacity(closed.len());
     for closed in closed {
-        let draws = closed.open(arguments);
         let root = closed.folder.root();
-        let draws = if several { draws.with_context(|| root.display().to_string()) } else { draws }?;
-        let card = Scorecard::of(draws.iter().map(judge).collect(), limit);
-        let card = Scorecard { quick: arguments.quick, ..card };
+        let draws = closed.open(arguments).with_context(|| root.display().to_string())?;
+        let card = card_of(draws.iter().map(judge).collect());
         let page = write_card(root, &card)?;
         proofs.push(Proof { folder: closed.folder, draws, card, page });
     }
@@ -94,13 +92,12 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
         return outcome(&proof.card, proof.told());
     }
     let own = |proof: &Proof| {
-        let title = title_of(proof.folder.root());
-        let named =
-            move |judged: &Judged| Judged { name: format!("{title}/{}", judged.name), ..judged.clone() };
+        // As given: folders in different places may have one name.
+        let place = proof.folder.root().display();
+        let named = |judged: &Judged| Judged { name: format!("{place}/{}", judged.name), ..judged.clone() };
         proof.card.judged.iter().map(named).collect::<Vec<_>>()
     };
-    let together = Scorecard::of(proofs.iter().flat_map(own).collect(), limit);
-    let together = Scorecard { quick: arguments.quick, ..together };
+    let together = card_of(proofs.iter().flat_map(own).collect());
     let mut told = vec![scorecard_text(&together)];
     told.extend(proofs.iter().map(|proof| format!("Page: {}", proof.page.display())));
     if let Some(out) = &arguments.out {
@@ -111,7 +108,8 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
 }
 
 /// Refuses what several folders cannot be asked, and the same folder twice, whose draws would count twice.
-fn distinct(arguments: &ProveArguments, several: bool) -> Result<(), UsageError> {
+fn distinct(arguments: &ProveArguments) -> Result<(), UsageError> {
+    let several = arguments.folders.len() > 1;
     if several && arguments.key.is_some() {
         return Err(UsageError(
             "--key is for one folder: with several each has its own beside it".to_owned(),

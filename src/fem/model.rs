@@ -34,7 +34,7 @@ pub struct Model {
 type Coupled = (u32, u32, f64);
 
 /// Loads that are solved for at once: what memory their right-hand sides need, besides the displacements, is bounded by it.
-const AT_ONCE: usize = 128;
+const LOADS_AT_ONCE: usize = 128;
 
 /// What is solved for: forces (N), and, where given, displacements (m) of held components.
 enum Load<'a> {
@@ -165,7 +165,7 @@ impl Model {
             let each = columns.par_chunks_exact(unknowns.max(1)).zip(loads);
             Ok(each.map(|(column, load)| self.displacement(load, column)).collect())
         };
-        let solved = loads.chunks(AT_ONCE).map(block).collect::<Result<Vec<Vec<_>>, FemError>>()?;
+        let solved = loads.chunks(LOADS_AT_ONCE).map(block).collect::<Result<Vec<Vec<_>>, FemError>>()?;
         Ok(solved.into_iter().flatten().collect())
     }
 

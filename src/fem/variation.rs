@@ -118,7 +118,7 @@ impl Moments {
 }
 
 /// Touched components of other fields that are copied at once, where all of them would be another set of fields.
-const AT_ONCE: usize = 256;
+const TOUCHED_AT_ONCE: usize = 256;
 
 /// Nodal forces `δK u` of a change of stiffness, put together part by part, for several fields at once.
 #[derive(Debug, Clone)]
@@ -165,14 +165,14 @@ impl<'a> NodalForces<'a> {
         let Some(first) = all.first() else { return Vec::new() };
         let loads = first.fields.nrows();
         let mut work = vec![DMatrix::zeros(other.nrows(), loads); all.len()];
-        let mut seen = DMatrix::zeros(other.nrows(), first.touched.len().min(AT_ONCE));
-        for (chunk, touched) in first.touched.chunks(AT_ONCE).enumerate() {
+        let mut seen = DMatrix::zeros(other.nrows(), first.touched.len().min(TOUCHED_AT_ONCE));
+        for (chunk, touched) in first.touched.chunks(TOUCHED_AT_ONCE).enumerate() {
             let mut seen = seen.columns_mut(0, touched.len());
             seen.column_iter_mut()
                 .zip(touched)
                 .for_each(|(mut seen, &c)| seen.copy_from(&other.column(c as usize)));
             for (work, own) in work.iter_mut().zip(all) {
-                let forces = &own.forces[chunk * AT_ONCE * loads..][..touched.len() * loads];
+                let forces = &own.forces[chunk * TOUCHED_AT_ONCE * loads..][..touched.len() * loads];
                 let forces = DMatrixView::from_slice(forces, loads, touched.len()).transpose();
                 work.gemm(1.0, &seen, &forces, 1.0);
             }

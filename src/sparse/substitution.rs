@@ -12,14 +12,13 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// A factor `L`, and the unknown that each step of its elimination stands for.
-#[derive(Clone, Copy)]
 pub(super) struct Substitution<'a> {
     pub(super) factor: SupernodalLltRef<'a, u32, f64>,
     pub(super) order: &'a [u32],
     pub(super) parts: &'a Branches,
 }
 
-/// Numbers of a line of the cache.
+/// Columns that are written in one pass: the numbers of a line of the cache.
 const LINE: usize = 8;
 
 /// Unknowns of all parts, row-major: of each branch with its tail, and of the trunk.
