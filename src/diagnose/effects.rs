@@ -4,6 +4,7 @@
 
 use super::dual::Dual;
 use super::extra::Large;
+use super::sticky::Sticky;
 use super::uneven;
 
 /// One term of a Prony series: share of the instantaneous stiffness that relaxes, and its time constant (s).
@@ -20,6 +21,8 @@ pub(super) struct Band {
     pub memory: Vec<Term>,
     /// Acts along a direction only, in tension, beyond a gap.
     pub slack: Option<Slack>,
+    /// Drags besides.
+    pub sticky: Option<Sticky>,
 }
 
 /// `f = −k max(0, u·d − gap) d`.
@@ -71,7 +74,7 @@ impl Effects {
         Self {
             relaxation: Vec::new(),
             drying_per_s: zero,
-            bands: vec![Band { memory: Vec::new(), slack: None }; groups],
+            bands: vec![Band { memory: Vec::new(), slack: None, sticky: None }; groups],
             friction: None,
             late_m: zero,
             backlash_m: zero,

@@ -3,10 +3,11 @@
 
 use super::bulk::BulkKnob;
 use super::dual::Dual;
-use super::effects::{Effects, Slack, Term};
+use super::effects::{Band, Effects, Slack, Term};
 use super::extra::Large;
 use super::large::StiffeningLaw;
 use super::physics::Physics;
+use super::sticky::Sticky;
 use super::uneven::Unevenness;
 use num_dual::DualNum;
 
@@ -23,6 +24,9 @@ pub(super) enum Knob {
     BandTime(usize),
     /// Of all restraint alike, which then acts along a direction.
     Gap([f64; 3]),
+    /// What drags beside all restraint alike, by the logarithm: stiffness over the springs', and slip (m).
+    StickyRatio,
+    StickySlip,
     Friction,
     Late,
     Backlash,
@@ -61,6 +65,7 @@ impl Knob {
             Self::Drying => Physics::Drying,
             Self::BandRelaxed(_) | Self::BandTime(_) => Physics::BandViscosity,
             Self::Gap(_) => Physics::SlackBand,
+            Self::StickyRatio | Self::StickySlip => Physics::StickyRestraint,
             Self::Friction => Physics::TipSlip,
             Self::Late => Physics::LateContact,
             Self::Backlash => Physics::StageBacklash,
@@ -86,6 +91,8 @@ impl Knob {
             Self::Time(_) | Self::BandTime(_) => "time_constant_s",
             Self::Drying => "modulus_rate_per_s",
             Self::Gap(_) | Self::Late => "gap_m",
+            Self::StickyRatio => "stiffness_ratio",
+            Self::StickySlip => "slip_m",
             Self::Friction => "friction_coefficient",
             Self::Backlash => "backlash_m",
             Self::StageGive => "compliance_m_per_n",
@@ -127,7 +134,13 @@ impl Knob {
     pub(super) fn by_logarithm(self) -> bool {
         matches!(
             self,
-            Self::Time(_) | Self::BandTime(_) | Self::Friction | Self::Gain(_) | Self::SofteningScale
+            Self::Time(_)
+                | Self::BandTime(_)
+                | Self::StickyRatio
+                | Self::StickySlip
+                | Self::Friction
+                | Self::Gain(_)
+                | Self::SofteningScale
         )
     }
 
@@ -139,6 +152,8 @@ impl Knob {
             Self::Time(_) | Self::BandTime(_) => ([0.02_f64.ln(), 500.0_f64.ln()], 0.8),
             Self::Drying => ([-0.01, 0.01], 1e-3),
             Self::Gap(_) => ([0.0, 4e-3], 3e-4),
+            Self::StickyRatio => ([0.02_f64.ln(), 20.0_f64.ln()], 0.5),
+            Self::StickySlip => ([1e-6_f64.ln(), 5e-3_f64.ln()], 0.4),
             Self::Friction => ([0.01_f64.ln(), 3.0_f64.ln()], 0.4),
             Self::Late => ([0.0, 2e-3], 1e-4),
             Self::Backlash => ([0.0, 1.5e-3], 1e-4),
@@ -190,6 +205,8 @@ impl Knob {
                 let slack = Slack { gap_m: value, direction };
                 effects.bands.iter_mut().for_each(|b| b.slack = Some(slack));
             }
+            Self::StickyRatio => effects.bands.iter_mut().for_each(|b| sticky(b).ratio = value),
+            Self::StickySlip => effects.bands.iter_mut().for_each(|b| sticky(b).slip_m = value),
             Self::Friction => effects.friction = Some(value),
             Self::Late => effects.late_m = value,
             Self::Backlash => effects.backlash_m = value,
@@ -224,6 +241,11 @@ impl Knob {
 /// A term that does nothing.
 fn rest() -> Term {
     Term { relaxed_fraction: Dual::from(0.0), time_constant_s: Dual::from(1.0) }
+}
+
+/// What drags beside a band, at first with nothing.
+fn sticky(band: &mut Band) -> &mut Sticky {
+    band.sticky.get_or_insert(Sticky { ratio: Dual::from(0.0), slip_m: Dual::from(1.0) })
 }
 
 fn term(terms: &mut Vec<Term>, n: usize) -> &mut Term {

@@ -11,6 +11,7 @@ use super::dual::{Dual, DualSolver};
 use super::effects::{Band, Effects};
 use super::extra::Depth;
 use super::memory::Memory;
+use super::sticky::Sliders;
 use super::tip_path::Play;
 use super::track::Timeline;
 use crate::geometry::{Vec3, basis_from_axis};
@@ -65,6 +66,11 @@ pub(super) fn march(
         .zip(&effects.bands)
         .map(|(group, band)| Memory::new(group.stiffness, &band.memory, 3 * group.discs.len()))
         .collect();
+    let mut sliders: Vec<Sliders> = groups
+        .iter()
+        .zip(&effects.bands)
+        .map(|(group, band)| Sliders::new(band.sticky, group.stiffness, group.discs.len()))
+        .collect();
     let mut kept: Option<(Key, DualSolver)> = None;
     let mut under_tip: Vec<UnderTip> = Vec::new();
     let mut state = Contact { at: None, pulling: vec![true; groups.len()], sliding: None };
@@ -105,7 +111,7 @@ pub(super) fn march(
         });
         let mut solved: Option<Solved> = None;
         for _ in 0..ROUNDS {
-            let law = Law::new(discs, groups, &effects.bands, &own, &state.pulling);
+            let law = Law::new(discs, groups, &effects.bands, &own, &state.pulling, &sliders);
             let path = tip.as_ref().map(|(tip, path)| {
                 (tip, DVector::from_fn(3, |i, _| e * (path[i] + slid[i]) + past[3 * tip.site + i]))
             });
@@ -122,8 +128,12 @@ pub(super) fn march(
                     under_tip[known].answer(tip, path, state.sliding)?
                 }
                 _ => {
-                    let key =
-                        Key { e: e.re, own: own.iter().map(|(k, _)| k.re).collect(), state: state.clone() };
+                    let key = Key {
+                        e: e.re,
+                        own: own.iter().map(|(k, _)| k.re).collect(),
+                        state: state.clone(),
+                        sliders: sliders.iter().flat_map(Sliders::state).collect(),
+                    };
                     if kept.as_ref().is_none_or(|(known, _)| *known != key) {
                         let matrix =
                             compliance.matrix(&law, e, tip.as_ref().map(|(tip, _)| tip), state.sliding);
@@ -142,7 +152,13 @@ pub(super) fn march(
             };
             let q = tip.as_ref().map_or([Dual::from(0.0); 3], |_| [x[0], x[1], x[2]]);
             solved = Some(Solved { f: law.forces(&u), q, u });
-            if next == state {
+            let of = |group: &Group| 3 * group.discs.start..3 * group.discs.end;
+            let u = &solved.as_ref()?.u;
+            let mut news = next != state;
+            for (group, sliders) in groups.iter().zip(&mut sliders) {
+                news |= sliders.turn(&u.as_slice()[of(group)]);
+            }
+            if !news {
                 break;
             }
             state = next;
@@ -179,7 +195,8 @@ pub(super) fn march(
         });
         surface.advance(moved);
         loaded.advance(load.clone());
-        for (group, band) in groups.iter().zip(&mut bands) {
+        for ((group, band), sliders) in groups.iter().zip(&mut bands).zip(&mut sliders) {
+            sliders.advance(&u.as_slice()[3 * group.discs.start..3 * group.discs.end]);
             band.advance(u.rows(3 * group.discs.start, 3 * group.discs.len()).into_owned());
         }
         out.depth.push(match &tip {
@@ -221,6 +238,7 @@ struct Key {
     e: f64,
     own: Vec<f64>,
     state: Contact,
+    sliders: Vec<Option<[f64; 4]>>,
 }
 
 /// The body with its restraint as a tip feels it where nothing is remembered: discs follow from the tip's force.
@@ -292,16 +310,20 @@ impl Law {
         bands: &[Band],
         own: &[(Dual, DVector<Dual>)],
         pulling: &[bool],
+        sliders: &[Sliders],
     ) -> Self {
         let mut k = vec![[[Dual::from(0.0); 3]; 3]; discs / 3];
         let mut p = DVector::from_element(discs, Dual::from(0.0));
-        for (((group, band), (stiffness, past)), pulling) in groups.iter().zip(bands).zip(own).zip(pulling) {
+        let laws = groups.iter().zip(bands).zip(own).zip(pulling).zip(sliders);
+        for ((((group, band), (stiffness, past)), pulling), sliders) in laws {
             for (n, disc) in group.discs.clone().enumerate() {
                 match &band.slack {
                     None => {
+                        let (drags, dragged) = sliders.pull(n);
+                        k[disc] = drags;
                         for i in 0..3 {
-                            k[disc][i][i] = *stiffness;
-                            p[3 * disc + i] = -past[3 * n + i];
+                            k[disc][i][i] += *stiffness;
+                            p[3 * disc + i] = dragged[i] - past[3 * n + i];
                         }
                     }
                     Some(slack) if *pulling => {

@@ -63,6 +63,7 @@ mod screen;
 mod select;
 mod spread;
 mod starts;
+mod sticky;
 mod sums;
 mod terms;
 mod thin;

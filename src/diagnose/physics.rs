@@ -11,6 +11,8 @@ macro_rules! catalogue {
             /// The camera's scale differs over the picture, as that of a lens or a slant which calibration missed: no entry of the
             /// catalogue. What is explained best with it is `unexplained`.
             UnevenScale,
+            /// Dry friction drags beside the restraint's springs: no entry either.
+            StickyRestraint,
         }
 
         impl Physics {
@@ -22,6 +24,7 @@ macro_rules! catalogue {
                 match self {
                     $(Self::$name => $id,)*
                     Self::UnevenScale => "uneven-scale",
+                    Self::StickyRestraint => "sticky-restraint",
                 }
             }
 
@@ -85,13 +88,14 @@ catalogue! {
 impl Physics {
     /// Whether it is an entry of the catalogue.
     pub(super) fn catalogued(self) -> bool {
-        self != Self::UnevenScale
+        !matches!(self, Self::UnevenScale | Self::StickyRestraint)
     }
 
     /// What it is called in a remark.
     pub(super) fn said(self) -> &'static str {
         match self {
             Self::UnevenScale => "a camera's scale that differs over the picture",
+            Self::StickyRestraint => "dry friction beside the restraint",
             listed => listed.id(),
         }
     }

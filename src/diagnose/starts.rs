@@ -30,6 +30,10 @@ const TIMES_S: [f64; 3] = [0.3, 2.0, 12.0];
 /// Gaps of slack bands to begin with (m).
 const GAPS_M: [f64; 2] = [1e-4, 5e-4];
 
+/// Where friction beside the restraint begins: stiffness over the springs', and slip over what stretches them at most.
+const RATIO: f64 = 0.5;
+const SLIPS: [f64; 2] = [0.15, 0.5];
+
 /// All starts from a fitted reading.
 pub(super) fn starts(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
     let mut all = Vec::new();
@@ -43,6 +47,14 @@ pub(super) fn starts(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
         for direction in pulled(model, current) {
             for gap in GAPS_M {
                 add(Physics::SlackBand, vec![(Knob::Gap(direction), gap)]);
+            }
+        }
+        // Beside another effect it would take up what that one's model gets wrong.
+        if current.acting.knobs.is_empty() {
+            let stretched = model.stretched_m(current).unwrap_or(0.0);
+            for slip in SLIPS.map(|share| share * stretched).into_iter().filter(|slip| *slip > 0.0) {
+                let knobs = [(Knob::StickyRatio, RATIO), (Knob::StickySlip, slip)];
+                add(Physics::StickyRestraint, knobs.map(|(knob, value)| (knob, value.ln())).to_vec());
             }
         }
         for time in TIMES_S {

@@ -12,7 +12,7 @@ use super::physics::Physics;
 use super::refit::{End, Fitted};
 use super::rivals::{Rival, rivals, without};
 use super::select::{Selection, Tried, least};
-use super::uneven;
+use super::{sticky, uneven};
 
 /// The verdict with what led to it.
 #[derive(Debug, Clone)]
@@ -149,7 +149,10 @@ pub(super) fn judge(
             verdict.confidence = sure;
             verdict.ambiguous_with = as_well.into_iter().filter(|p| p.catalogued()).collect();
         }
-        remarks.extend(uneven::said(model, &chosen.fitted).filter(|_| verdict.unexplained));
+        if verdict.unexplained {
+            remarks.extend(uneven::said(model, &chosen.fitted));
+            remarks.extend(sticky::said(model, &chosen.fitted));
+        }
     } else if detected {
         verdict.unexplained = true;
         verdict.confidence = unlisted(unblamed);

@@ -172,6 +172,25 @@ fn a_lens_is_not_taken_for_a_turned_camera() {
     assert_eq!((diagnosis.verdict.ambiguous_with, diagnosis.next_poke), (Vec::new(), None));
 }
 
+/// Springs that drag are no entry's, though a restraint with memory pulls less on the way back, too; and one with memory does not drag.
+#[test]
+fn a_restraint_that_drags_is_told_from_one_with_memory() {
+    let drags = Foreign::StickyHolds { stiffness_n_per_m: 90.0, yield_n: 0.018 };
+    let (_, recording) = recorded(20, vec![Effect::Foreign(drags)]);
+    let diagnosis = until(&recording, 0.5);
+    assert!(diagnosis.mismatch.detected && diagnosis.verdict.unexplained, "{:?}", diagnosis.candidates);
+    let drags = diagnosis.remarks.iter().find(|text| text.contains("mm it slides")).expect("said");
+    let numbers: Vec<f64> = drags.split(' ').filter_map(|word| word.parse().ok()).collect();
+    // 90 N/m beside 120, up to 0.018 N.
+    assert_close(numbers[0], 75.0, 0.1);
+    assert_close(numbers[1], 0.20, 0.1);
+    let term = PronyTerm { relaxed_fraction: 0.4, time_constant_s: 3.0 };
+    let (_, diagnosis) = diagnosed(20, vec![Effect::Memory(Memory::BandViscosity { terms: vec![term] })]);
+    assert_eq!(diagnosis.verdict.physics, [Physics::BandViscosity], "{:?}", diagnosis.candidates);
+    assert_close(parameter(&diagnosis, Physics::BandViscosity, "relaxed_fraction"), 0.4, 0.1);
+    assert_close(parameter(&diagnosis, Physics::BandViscosity, "time_constant_s"), 3.0, 0.1);
+}
+
 /// Light and shadow give every marker an error of its own that lasts as long as the tip stays; changes of the body are looked at still.
 #[test]
 fn errors_that_last_a_poke_hide_no_change_of_the_body() {

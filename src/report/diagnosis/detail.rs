@@ -29,6 +29,7 @@ pub(super) fn noun(physics: Physics) -> &'static str {
         Physics::SelfWeight => "the phantom’s weight",
         Physics::CoarseMesh => "what coarse elements get wrong",
         Physics::UnevenScale => "a scale of the camera that differs over the picture",
+        Physics::StickyRestraint => "dry friction beside the restraint",
     }
 }
 
@@ -37,7 +38,9 @@ pub(super) fn clause(found: &Found) -> Option<String> {
     let get = |id: &str| found.parameters.iter().find(|p| p.id == id).map(values);
     let one = |id: &str| get(id).and_then(|v| v.first().copied());
     Some(match found.physics {
-        Physics::FiniteStrain | Physics::CoarseMesh | Physics::UnevenScale => return None,
+        Physics::FiniteStrain | Physics::CoarseMesh | Physics::UnevenScale | Physics::StickyRestraint => {
+            return None;
+        }
         Physics::StrainStiffening => match found.law {
             Some(law) => format!("by {} law, with a stiffening of {:.2}", law.whose(), one("stiffening")?),
             None => format!("with a stiffening of {:.2}", one("stiffening")?),
