@@ -96,6 +96,10 @@ pub(super) struct CalibrateArguments {
 
 /// Makes meshes.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  phantom-rig mesh block --size-mm 150x100x25 --cells 30x20x5 \\
+      --fixed 'z-,x<60mm' --search 'z-,x>60mm' --observed z+ slab.msh
+  phantom-rig mesh block --help")]
 pub(super) struct MeshArguments {
     #[command(subcommand)]
     pub(super) shape: Shape,
@@ -103,6 +107,9 @@ pub(super) struct MeshArguments {
 
 /// Repeats published experiments.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  phantom-rig experiment block
+  phantom-rig experiment block --seeds 200 --snr-db 40 --out results/block")]
 pub(super) struct ExperimentArguments {
     #[command(subcommand)]
     pub(super) experiment: Experiment,
@@ -126,5 +133,21 @@ mod tests {
     #[test]
     fn the_arguments_do_not_contradict_each_other() {
         Cli::command().debug_assert();
+    }
+
+    /// Every command and every part of one says how it is typed, but for `calibrate`, whose parts do.
+    #[test]
+    fn every_command_has_examples() {
+        fn without(command: &clap::Command, path: &str, found: &mut Vec<String>) {
+            let path = format!("{path} {}", command.get_name());
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            if !help.contains("Examples:") && command.get_name() != "calibrate" {
+                found.push(path.trim().to_owned());
+            }
+            command.get_subcommands().for_each(|part| without(part, &path, found));
+        }
+        let mut found = Vec::new();
+        without(&Cli::command(), "", &mut found);
+        assert_eq!(found, [""; 0]);
     }
 }

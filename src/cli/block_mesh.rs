@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// The block reaches from the origin to its size along x, y and z and is cut into cells of six tetrahedra.
 /// A region is a side of the block (x-, x+, y-, y+, z-, z+) and bounds behind it, separated by commas, that
 /// all hold: "z-,x<60mm" is the underside up to x = 60 mm. Bounds lie on cell borders. A surface may be given
-/// several times; its regions add up. What is in no region is free.
+/// several times; its regions add up. What is in no region is free. At most 2,000,000 cells.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig mesh block --size-mm 150x100x25 --cells 30x20x5 \\
@@ -49,10 +49,7 @@ pub(super) struct BlockArguments {
 pub(super) fn run(arguments: &BlockArguments, context: &Context) -> anyhow::Result<Outcome> {
     // 150 mm is 150 / 1000 m: the nearest number to 0.15, which 150 · 1e-3 is not always.
     let shape = Block { size_m: arguments.size_mm.map(|l| l / 1e3), cells: arguments.cells };
-    let nodes = shape.cells.iter().try_fold(1_usize, |n, &c| n.checked_mul(c.checked_add(1)?));
-    if nodes.is_none_or(|n| n > u32::MAX as usize) {
-        return Err(UsageError(format!("--cells {:?}: more nodes than can be numbered", shape.cells)).into());
-    }
+    few_enough(shape.cells)?;
     let staged = StagedFile::new(&arguments.file, arguments.force)?;
     let spinner = context.progress.spinner("cutting the block");
     let mut mesh = block(&shape)?;
@@ -64,6 +61,22 @@ pub(super) fn run(arguments: &BlockArguments, context: &Context) -> anyhow::Resu
     staged.finish()?;
     drop(spinner);
     Ok(outcome(arguments, &mesh))
+}
+
+/// Cells that a block may have. Cutting a million takes 1.2 GB of memory and makes six million tetrahedra, far more than a fit can use.
+const MOST_CELLS: usize = 2_000_000;
+
+/// Refuses more cells than the computer's memory can be trusted to hold.
+fn few_enough(cells: [usize; 3]) -> Result<(), UsageError> {
+    let asked: f64 = cells.iter().map(|&c| c as f64).product();
+    if asked <= MOST_CELLS as f64 {
+        return Ok(());
+    }
+    let [x, y, z] = cells;
+    Err(UsageError(format!(
+        "--cells {x}x{y}x{z}: {asked} cells would take about {:.0} GB of memory; expected at most {MOST_CELLS} cells",
+        1.2e-6 * asked
+    )))
 }
 
 fn named_surfaces(
@@ -154,6 +167,17 @@ mod tests {
         }
         for text in ["1x2.5x3", "1x0x3", "1x-1x3"] {
             assert!(counts(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn more_cells_than_fit_are_refused_with_their_number() {
+        assert!(few_enough([200, 100, 100]).is_ok());
+        let refused = few_enough([3000, 2000, 500]).expect_err("too many").to_string();
+        assert!(refused.contains("3000x2000x500: 3000000000 cells"), "{refused}");
+        assert!(refused.contains("3600 GB") && refused.contains("at most 2000000 cells"), "{refused}");
+        for cells in [[201, 100, 100], [usize::MAX; 3]] {
+            assert!(few_enough(cells).is_err(), "{cells:?}");
         }
     }
 }

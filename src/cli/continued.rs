@@ -41,6 +41,8 @@ pub(super) struct Step {
     /// Bench time that they took (s).
     bench_s: f64,
     physics: Vec<&'static str>,
+    /// What explains it though not all of it are entries of the catalogue.
+    explained_by: Vec<&'static str>,
     ambiguous_with: Vec<&'static str>,
     unexplained: bool,
     confidence: f64,
@@ -218,6 +220,7 @@ fn nothing_learnt(steps: &[Step]) -> bool {
 impl Step {
     fn same_names(&self, other: &Self) -> bool {
         self.physics == other.physics
+            && self.explained_by == other.explained_by
             && self.ambiguous_with == other.ambiguous_with
             && self.unexplained == other.unexplained
     }
@@ -227,6 +230,7 @@ impl Step {
             pokes,
             bench_s,
             physics: verdict.physics.iter().map(|p| p.id()).collect(),
+            explained_by: verdict.explained_by.iter().map(|p| p.id()).collect(),
             ambiguous_with: verdict.ambiguous_with.iter().map(|p| p.id()).collect(),
             unexplained: verdict.unexplained,
             confidence: verdict.confidence,
@@ -349,6 +353,7 @@ mod tests {
             verdict: Verdict {
                 physics: vec![Physics::StageBacklash],
                 unexplained: false,
+                explained_by: Vec::new(),
                 confidence,
                 ambiguous_with: Vec::new(),
                 evidence: None,

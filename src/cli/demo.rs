@@ -174,7 +174,7 @@ fn export(
     context: &Context,
 ) -> anyhow::Result<(PathBuf, HostTime)> {
     let (recorded, mesh) = (Session::open(session)?, read_mesh(&session.join(MESH))?);
-    let from = read_seen_sessions(&seen(&[recorded], &mesh, context)?, mesh)?;
+    let from = read_seen_sessions(&seen(&[recorded], &mesh, None, context)?, mesh)?;
     for lag in from.camera_lags.iter().flatten() {
         tell(&format!("Note: {}.", late(lag)));
     }

@@ -24,7 +24,8 @@ use std::path::{Path, PathBuf};
   phantom-rig dots trial --out trial-dots
   phantom-rig dots photo.jpg --radius-px 4,9 --out photo-dots
 
-Exit code 3: a picture without dots, with fewer than can be followed or mostly saturated ones, or one that can't be read.")]
+Exit code 3: a picture without dots, with fewer than can be followed (also of the sizes that `track` looks for) or mostly
+saturated ones, or one that can't be read.")]
 pub(super) struct DotsArguments {
     /// Pictures (PNG, JPEG; grey or colour, 8 or 16 bits) or folders of pictures
     #[arg(value_name = "PICTURES", required = true, num_args = 1..)]
@@ -181,12 +182,10 @@ fn look(
         ));
     }
     let mut remarks = Vec::new();
-    let usual = DotSettings::default();
-    let followed = finder.find(&view, &usual).dots.iter().filter(|d| d.is_whole()).count();
+    let followed = finder.find(&view, &DotSettings::default()).dots.iter().filter(|d| d.is_whole()).count();
     if whole >= LEAST_DOTS && (followed as f64) < 0.98 * whole as f64 {
-        let [least, most] = usual.radius_px;
-        remarks
-            .push(format!("`track` looks for {least} to {most} px radius, and would find {followed} dots"));
+        let said = less_followed(&found.dots, followed);
+        if followed < LEAST_DOTS { faults.push(said) } else { remarks.push(said) }
     }
     Ok(Shown {
         file: file.to_owned(),
@@ -197,6 +196,27 @@ fn look(
         faults,
         remarks,
     })
+}
+
+/// That `track` would find fewer dots, and why: its limits hold for half of a dot's longest diameter, which of a tilted dot is more than the
+/// radius of the same area.
+fn less_followed(dots: &[Dot], followed: usize) -> String {
+    let [least, most] = DotSettings::default().radius_px;
+    let halves = || dots.iter().filter(|d| d.is_whole()).map(Dot::longest_px);
+    let counts = [
+        (halves().filter(|half| *half > most).count(), "too large"),
+        (halves().filter(|half| *half < least).count(), "too small"),
+    ];
+    let mut said = format!(
+        "`track` looks for {least} to {most} px radius, half of the longest diameter, and would find {followed} dots"
+    );
+    for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
+        let _ = write!(said, "; {count} are {what}");
+    }
+    if let Some(half) = median(dots, Dot::longest_px) {
+        let _ = write!(said, "; here that half is {half:.1} px");
+    }
+    said
 }
 
 /// What a picture with next to no dots has instead.

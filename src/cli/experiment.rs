@@ -36,10 +36,10 @@ pub(super) struct BlockExperimentArguments {
     /// Mesh that the data come from
     #[arg(long, value_enum, default_value_t = DataMesh::Same)]
     data: DataMesh,
-    /// Folder for tables and figures
+    /// Folder for tables and figures; those of an earlier experiment there are replaced
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Replace the folder when it exists
+    /// Replace whatever is at FOLDER; without it only an earlier experiment
     #[arg(long)]
     force: bool,
 }

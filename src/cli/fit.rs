@@ -1,6 +1,6 @@
 //! `fit`: a bundle → modulus, restraint, and a folder with a page, `fit.json`, tables and VTK files.
 
-use super::session::CALIBRATION;
+use super::session_export::CALIBRATION;
 use super::{Context, Exit, Kind, Outcome, StagedFolder, UsageError};
 use crate::dataset::read_bundle;
 use crate::digest::sha256_hex;

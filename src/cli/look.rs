@@ -7,6 +7,7 @@ use crate::geometry::Vec3;
 use crate::mesh::TetMesh;
 use crate::session::{CameraDocument, Session, Topic};
 use crate::track::Settings;
+use crate::units::counted;
 use anyhow::{Context as _, bail};
 use std::path::Path;
 
@@ -65,15 +66,45 @@ pub(super) fn fiducials(camera: &CameraDocument) -> Vec<Vec3> {
     camera.fiducials_m.iter().copied().map(Vec3::from).collect()
 }
 
-/// Sessions in order with the markers that their pictures show, numbered alike in all of them.
+/// How the camera of a session lies, where it has one: as `file` says, otherwise as was known when it was recorded. Refuses a session whose
+/// dots would have no place in the phantom frame: a recording of it would have no markers.
+pub(super) fn placed(session: &Session, file: Option<&Path>) -> anyhow::Result<Option<Registration>> {
+    let name = session.folder().display();
+    let Some(camera) = &session.start().camera else {
+        if let Some(file) = file {
+            bail!("{name}: it has no pictures, for which {} says where the camera stood", file.display());
+        }
+        return Ok(None);
+    };
+    if camera.lens.is_none() {
+        bail!(
+            "{name}: the lens of its camera is not known, so that none of its dots has a place in the phantom frame: name a lens in the rig \
+             file (`phantom-rig calibrate camera` makes one) and record again; `session export --csv` writes what there is without"
+        );
+    }
+    if camera.registration.is_none() && file.is_none() {
+        bail!(
+            "{name}: where its camera stood is not known, so that none of its dots has a place in the phantom frame: find it out with \
+             `phantom-rig calibrate registration SESSION --out FILE`, then pass `--registration FILE` to `session export`, or name FILE in \
+             the rig file and record again; `session export --csv` writes what there is without"
+        );
+    }
+    Ok(Some(registration(camera, file)?))
+}
+
+/// Sessions in order with the markers that their pictures show, numbered alike in all of them. Where the camera stood: as `file` says,
+/// otherwise as each session does.
 pub(super) fn seen(
     sessions: &[Session],
     mesh: &TetMesh,
+    file: Option<&Path>,
     context: &Context,
 ) -> anyhow::Result<Vec<(Session, Option<Attached>)>> {
+    // Before any pictures are followed, which takes a while.
+    let placed: Vec<_> = sessions.iter().map(|s| placed(s, file)).collect::<anyhow::Result<_>>()?;
     let mut all: Vec<(Session, Option<Attached>)> = Vec::new();
-    for session in sessions {
-        let mut shown = markers(session, mesh, context)?;
+    for (session, registration) in sessions.iter().zip(placed) {
+        let mut shown = markers(session, registration, mesh, context)?;
         if let (Some(shown), Some(first)) = (&mut shown, all.iter().find_map(|(_, a)| a.as_ref())) {
             shown.number_after(first, SAME_M);
         }
@@ -82,17 +113,25 @@ pub(super) fn seen(
     Ok(all)
 }
 
-/// The markers of a session with pictures; none where it has none, or where nobody knows where the camera stood.
-fn markers(session: &Session, mesh: &TetMesh, context: &Context) -> anyhow::Result<Option<Attached>> {
-    let Some(camera) =
-        session.start().camera.as_ref().filter(|c| c.registration.is_some() && c.lens.is_some())
-    else {
+/// The markers of a session with pictures; none where it has none.
+fn markers(
+    session: &Session,
+    registration: Option<Registration>,
+    mesh: &TetMesh,
+    context: &Context,
+) -> anyhow::Result<Option<Attached>> {
+    let (Some(camera), Some(registration)) = (&session.start().camera, registration) else {
         return Ok(None);
     };
-    let registration = registration(camera, None)?;
     let looked = look(session, Settings::default(), context)?;
     let known = fiducials(camera);
     Ok(looked.map(|l| attach_dots(&l.followed, &l.resting, &registration, mesh, &known, ON_SURFACE_M)))
+}
+
+/// What is said of pictures that did not come; nothing where all did, or where the camera keeps no beat.
+pub(super) fn missing(on_beat: Option<u64>) -> Option<String> {
+    let count = on_beat.filter(|count| *count > 0)?;
+    Some(format!("{} missing on the camera's beat", counted(count as usize, "picture", "pictures")))
 }
 
 /// What is said of pictures that come late.

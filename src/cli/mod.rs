@@ -14,7 +14,7 @@
 //! # A new subcommand
 //! One file: its `clap::Args` with help and examples, and `run(&arguments, &Context) -> anyhow::Result<Outcome>`.
 //! One line each in `arguments` (what may be typed) and in `run` (what is called). Results are written through
-//! [`StagedFolder`] or [`StagedFile`], so that neither an error nor Ctrl-C leaves anything half-written; long
+//! [`StagedFolder`], [`StagedSession`] or [`StagedFile`], so that neither an error nor Ctrl-C leaves anything half-written; long
 //! work reports to [`Progress`].
 
 mod arguments;
@@ -52,6 +52,7 @@ mod run_protocol;
 mod run_view;
 mod run_watch;
 mod session;
+mod session_export;
 mod side;
 mod staged;
 mod today;
@@ -61,4 +62,4 @@ pub use outcome::{Context, Exit, Outcome, UsageError};
 pub use progress::{Bar, Progress};
 pub use run::run;
 pub use side::{Bound, Region, RegionError, Side};
-pub use staged::{Kind, StagedError, StagedFile, StagedFolder};
+pub use staged::{Kind, StagedError, StagedFile, StagedFolder, StagedSession};

@@ -11,7 +11,9 @@ use std::path::PathBuf;
 /// Prints and draws what a protocol will do on a rig, and checks all of it.
 ///
 /// Travel, speed and acceleration of the stage, sites on the phantom, ways clear of it, depths, predicted forces and what a stop
-/// would still add, rest between pokes, and whether the phantom's mesh is there. Everything that speaks against it is listed; then the exit code is 1. Opens no device.
+/// would still add, rest between pokes, and whether the phantom's mesh is there. Everything that speaks against it is listed; then the
+/// exit code is 1. It is 3 where the calibration does not hold today, or where the pictures of pokes will give no markers. How much is
+/// recorded is an estimate. Opens no device.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig plan rigs/protocols/five-pokes.toml --rig rigs/sim.toml
@@ -19,16 +21,19 @@ use std::path::PathBuf;
 pub(super) struct PlanArguments {
     #[command(flatten)]
     planned: PlannedArguments,
-    /// Draw it into this file (SVG)
+    /// Draw it into this file (SVG); an earlier drawing of a plan there is replaced
     #[arg(long, value_name = "FILE")]
     draw: Option<PathBuf>,
+    /// Replace whatever is at FILE
+    #[arg(long, requires = "draw")]
+    force: bool,
 }
 
 pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Result<Outcome> {
     let planned = arguments.planned.read()?;
     let plan = planned.plan([0.0, 0.0]);
     if let Some(file) = &arguments.draw {
-        draw(&plan, &planned.bench, file)?;
+        draw(&plan, &planned.bench, file, arguments.force)?;
     }
     let missing = planned.rig.mesh().filter(|mesh| !mesh.is_file());
     let mut table = plan.table();
@@ -46,8 +51,9 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
     let doubts: Vec<String> = planned.rig.calibration().map_or_else(Vec::new, |set| {
         set.doubts(today, None).iter().map(|doubt| format!("{}: {doubt}", set.file.display())).collect()
     });
-    for doubt in &doubts {
-        let _ = write!(table, "\nnote: {doubt}");
+    let unplaced = planned.unplaced()?;
+    for note in doubts.iter().map(String::as_str).chain(unplaced) {
+        let _ = write!(table, "\nnote: {note}");
     }
     let json = json!({
         "format": "phantom-plan/1",
@@ -60,11 +66,13 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
         "drawing": arguments.draw,
         "calibration": planned.rig.calibration().map(|set| set.name.clone()),
         "calibration_doubts": doubts,
+        "without_markers": unplaced,
     });
-    let exit = match (plan.violations.is_empty() && missing.is_none(), doubts.is_empty()) {
-        (false, _) => Exit::Failed,
-        (true, false) => Exit::Degraded,
-        (true, true) => Exit::Good,
-    };
+    let exit =
+        match (plan.violations.is_empty() && missing.is_none(), doubts.is_empty() && unplaced.is_none()) {
+            (false, _) => Exit::Failed,
+            (true, false) => Exit::Degraded,
+            (true, true) => Exit::Good,
+        };
     Ok(Outcome { exit, text: table, json })
 }

@@ -1,6 +1,6 @@
 //! A protocol and a rig file → a plan, and the bench that it was made for.
 
-use super::UsageError;
+use super::{StagedFile, UsageError};
 use crate::acquire::{
     Action, Bench, Latency, ListedPoke, LoadLimits, PhantomBox, Plan, PlannedStep, Profile, Protocol, Stream,
     from_poke, pad_stiffness_n_per_m,
@@ -14,6 +14,8 @@ use crate::session::{HashedText, Session};
 use anyhow::Context as _;
 use clap::Args;
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 /// A protocol on a rig.
@@ -130,6 +132,22 @@ impl Planned {
         read.transpose()
     }
 
+    /// That the pictures of these pokes will give no markers, and what to do about it; nothing where they will, or where there is no camera.
+    pub(super) fn unplaced(&self) -> anyhow::Result<Option<&'static str>> {
+        let known = self.rig.camera_is_known()?.filter(|_| !self.pokes().is_empty());
+        Ok(match known {
+            Some([false, _]) => Some(
+                "the rig file says nothing of the camera's lens: the pictures of these pokes will give no markers; \
+                 `phantom-rig calibrate camera` makes a lens for it",
+            ),
+            Some([true, false]) => Some(
+                "the rig file does not say where the camera stands: the pictures of these pokes give no markers until \
+                 `phantom-rig calibrate registration` has found it out; `session export --registration` takes it then",
+            ),
+            Some([true, true]) | None => None,
+        })
+    }
+
     /// What a session keeps of the rig file.
     pub(super) fn rig_text(&self) -> HashedText {
         HashedText::new(self.rig.public_text())
@@ -224,11 +242,12 @@ fn streams(rig: &RigFile) -> Vec<Stream> {
         bytes: (bytes_per_second(rates) - bytes_per_second(Rates::default())) / rate_hz,
     };
     let none = Rates::default();
-    let force_hz = rig.force_rate_hz();
+    let (force_hz, stage_hz) = (rig.force_rate_hz(), rig.stage_rate_hz());
+    let frames_hz = rig.pictures().map_or(FRAMES_HZ, |(_, rate_hz)| rate_hz);
     let mut streams = vec![
         rate("force", force_hz, Rates { force_hz, ..none }),
-        rate("stage", STAGE_HZ, Rates { stage_hz: STAGE_HZ, ..none }),
-        rate("markers", FRAMES_HZ, Rates { frames_hz: FRAMES_HZ, markers: MARKERS, ..none }),
+        rate("stage", stage_hz, Rates { stage_hz, ..none }),
+        rate("markers", frames_hz, Rates { frames_hz, markers: MARKERS, ..none }),
     ];
     if let Some((pixels, rate_hz)) = rig.pictures() {
         streams.push(Stream { name: "pictures", rate_hz, bytes: pixels as f64 * BYTES_PER_PIXEL });
@@ -236,15 +255,25 @@ fn streams(rig: &RigFile) -> Vec<Stream> {
     streams
 }
 
-/// What a pixel of grey and 16-bit depth takes as PNG: 1.06 bytes in a run of `rigs/sim-camera.toml`. Noisier pictures take more, up to 3.
-const BYTES_PER_PIXEL: f64 = 1.5;
+/// What a pixel of grey and 16-bit depth takes as PNG (bytes): 1.09 and 1.10 in two runs of `rigs/sim-camera.toml`. Noisier pictures take more,
+/// up to 3.
+const BYTES_PER_PIXEL: f64 = 1.1;
 
-/// Reports of a stage and frames of markers a second, and markers in a frame: what room on the disk is reckoned with.
-const STAGE_HZ: f64 = 100.0;
+/// Frames of markers a second without a camera, and markers in a frame: what room on the disk is reckoned with.
 const FRAMES_HZ: f64 = 30.0;
 const MARKERS: u32 = 150;
 
 /// Draws a plan into a file.
-pub(super) fn draw(plan: &Plan, bench: &Bench, file: &Path) -> anyhow::Result<()> {
-    std::fs::write(file, plan.drawing(bench)).with_context(|| format!("{}: can't be written", file.display()))
+pub(super) fn draw(plan: &Plan, bench: &Bench, file: &Path, force: bool) -> anyhow::Result<()> {
+    let staged = StagedFile::new(file, force || is_drawing(file))?;
+    std::fs::write(staged.path(), plan.drawing(bench))
+        .with_context(|| format!("{}: can't be written", file.display()))?;
+    Ok(staged.finish()?)
+}
+
+/// Whether a file is the drawing of a plan, which can be made again. Its beginning tells.
+fn is_drawing(file: &Path) -> bool {
+    let mut beginning = Vec::new();
+    let read = File::open(file).and_then(|file| file.take(1024).read_to_end(&mut beginning));
+    read.is_ok() && Plan::is_drawing(&beginning)
 }

@@ -1,6 +1,6 @@
 //! `poke`: more pokes for a session that was recorded, and all of it as one recording: what `diagnose --continue` has a rig do.
 
-use super::look::{late, seen};
+use super::look::{late, placed, seen};
 use super::planned::PlannedArguments;
 use super::recorded_run::{How, MESH, passed_s, record, told};
 use super::run_watch::Watch;
@@ -58,6 +58,7 @@ pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Resul
     let mesh_file = first.folder().join(MESH);
     let mesh = read_mesh(&mesh_file)
         .with_context(|| format!("{}: the session keeps no mesh", mesh_file.display()))?;
+    placed(&first, None)?;
     let bundle = StagedFolder::new(&arguments.out, Kind::Recording, arguments.force)?;
     let into = arguments.into.clone().unwrap_or_else(|| beside(&arguments.session));
     let mut sessions = vec![first.clone()];
@@ -80,7 +81,7 @@ pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Resul
         sessions.push(session);
     }
     let FromSession { recording, camera_lags, remarks, .. } =
-        read_seen_sessions(&seen(&sessions, &mesh, context)?, mesh)?;
+        read_seen_sessions(&seen(&sessions, &mesh, None, context)?, mesh)?;
     write_bundle(&recording, bundle.path())?;
     bundle.finish()?;
     let pokes = recording.pokes.len();

@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 ///
 /// For dead loads (weights, no stage) and large rotations: the body is neo-Hookean, held as its mesh says and by nothing else. Finds
 /// the modulus from all recordings and says what each would say by itself. Deviations come from what differs between the
-/// recordings, so that two at least are wanted. Writes nothing. With --of, ends with exit code 3 when what was measured there lies
-/// outside the 90 % intervals.
+/// recordings, so that two at least are wanted: with one, which shows no such difference, the exit code is 3. So it is when what was
+/// measured in the recording of --of lies outside the 90 % intervals. Writes nothing.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig predict recordings/beam-weight recordings/beam-50g --force-n 0,0,-1
@@ -80,10 +80,15 @@ pub(super) fn run(arguments: &PredictArguments, context: &Context) -> anyhow::Re
         .filter(|(_, at)| !at.on_load)
         .any(|(marker, at)| marker.moved.is_some_and(|moved| outside(&(moved - at.moved), at, &found).any()));
     Ok(Outcome {
-        exit: if outside { Exit::Degraded } else { Exit::Good },
+        exit: if outside || is_of_one(&found) { Exit::Degraded } else { Exit::Good },
         text: told(&found, &asked, outside),
         json: as_json(&found, &asked),
     })
+}
+
+/// Whether all that is known comes from a single recording.
+fn is_of_one(found: &Hung) -> bool {
+    found.alone.windows(2).all(|two| two[0].recording == two[1].recording)
 }
 
 fn force(numbers: &[f64]) -> anyhow::Result<Vec3> {
@@ -155,6 +160,12 @@ fn told(found: &Hung, asked: &[Case], outside: bool) -> String {
         "Left along x, y, z: {x:.2}, {y:.2}, {z:.2} mm (root mean square). The elements may be off by {:.2} % of the modulus.\n",
         100.0 * found.elements
     ));
+    if is_of_one(found) {
+        text.push_str(
+            "note: one recording does not show how recordings differ; its markers count as independent, and all intervals are too narrow. \
+             Give a second one\n",
+        );
+    }
     for (case, at) in asked.iter().zip(&found.predicted) {
         let f = case.load.force_n;
         text.push_str(&format!(
@@ -188,6 +199,7 @@ fn as_json(found: &Hung, asked: &[Case]) -> serde_json::Value {
         "young_modulus_pa": { "value": found.young_modulus_pa.value, "sd": found.young_modulus_pa.sd },
         "half_width_90_over_sd": found.half_width,
         "independent_units": found.units,
+        "one_recording": is_of_one(found),
         "alone": found.alone.iter().map(|a| json!({
             "recording": a.recording, "poke": a.poke, "young_modulus_pa": a.young_modulus_pa,
         })).collect::<Vec<_>>(),
@@ -251,6 +263,7 @@ mod tests {
         for words in [
             "264.0 ± 4.6 kPa",
             "from 3 independent units",
+            "note: one recording does not show how recordings differ",
             "  light, poke 2: 270.00 kPa by itself",
             "0.30, 0.50, 0.40 mm",
             "off by 0.16 % of the modulus",
@@ -261,6 +274,9 @@ mod tests {
         ] {
             assert!(text.contains(words), "{words:?} is not in\n{text}");
         }
+        let mut two = found.clone();
+        two.alone.push(Alone { recording: "heavy".to_owned(), poke: 1, young_modulus_pa: 2.6e5 });
+        assert!(!told(&two, &asked, true).contains("one recording"));
         assert!(!outside(&Vec3::new(1e-4, 0.0, -3.9e-4), &at(5, false), &found).any());
         assert!(outside(&Vec3::new(2.1e-4, 0.0, 0.0), &at(5, false), &found).any());
     }

@@ -51,8 +51,8 @@ pub(super) struct RecordedRun {
     pub(super) began: (HostTime, Option<f64>),
 }
 
-/// What is left over of a disk, whatever a session needs (bytes).
-const SPARE: f64 = 200e6;
+/// What is left over of a disk, whatever a session needs (bytes), and as a share of what it needs: noisy pictures are larger than usual ones.
+const SPARE: [f64; 2] = [200e6, 0.4];
 /// How long a stage may take to say what it is doing.
 const ANSWER: Duration = Duration::from_secs(3);
 
@@ -80,6 +80,9 @@ pub(super) fn record(
         devices.force.clear_latch()?;
     }
     calibrated(&planned.rig, &devices.force.identity().calibration)?;
+    if let Some(note) = planned.unplaced()? {
+        eprintln!("  note: {note}");
+    }
     fits(&planned.rig, devices.stage.limits(), devices.force.format())?;
     stops(&planned.rig, devices.stage.as_ref())?;
     room(parent, planned.plan([0.0, 0.0]).data_bytes())?;
@@ -305,13 +308,14 @@ fn room(folder: &Path, bytes: f64) -> anyhow::Result<()> {
     let disk =
         rustix::fs::statvfs(folder).with_context(|| format!("{}: can't be looked at", folder.display()))?;
     let free = disk.f_bavail as f64 * disk.f_frsize as f64;
-    if free < bytes + SPARE {
+    let spare = SPARE[0] + SPARE[1] * bytes;
+    if free < bytes + spare {
         bail!(
             "{}: {:.0} MB are free; the session needs about {:.0} MB and {:.0} MB to spare",
             folder.display(),
             free / 1e6,
             bytes / 1e6,
-            SPARE / 1e6
+            spare / 1e6
         );
     }
     Ok(())

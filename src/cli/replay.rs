@@ -1,7 +1,7 @@
 //! `replay`: a session's devices again, as they were, recorded anew.
 
 use super::recorded_run::MESH;
-use super::{Exit, Outcome, UsageError};
+use super::{Exit, Outcome, StagedSession, UsageError};
 use crate::acquire::record_pictures;
 use crate::clock::HostTime;
 use crate::device::{ForceSensor, MarkerSource, Stage};
@@ -14,7 +14,8 @@ use std::time::Duration;
 
 /// Feeds what a session recorded through the devices' own interfaces, and records it anew.
 ///
-/// What comes out is what went in: exported as tables, the two sessions are the same byte for byte. Says where that is not so.
+/// What comes out is what went in: exported as tables, the two sessions are the same byte for byte. Says where that is not so. The new
+/// session appears when it is complete; a replay that is interrupted leaves none.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig replay sessions/monday --out sessions/monday-again
@@ -40,13 +41,14 @@ pub(super) fn run(arguments: &ReplayArguments) -> anyhow::Result<Outcome> {
     if let Some(times) = arguments.speed.filter(|s| !(*s > 0.0 && s.is_finite())) {
         return Err(UsageError(format!("--speed takes a number above 0, got {times}")).into());
     }
+    let staged = StagedSession::new(&arguments.out)?;
     for (number, part) in session.parts().iter().enumerate() {
         let writer = if number == 0 {
-            let writer = SessionWriter::create(&arguments.out, part.start().clone())?;
-            copy_mesh(&arguments.session, &arguments.out)?;
+            let writer = SessionWriter::create(staged.path(), part.start().clone())?;
+            copy_mesh(&arguments.session, staged.path())?;
             writer
         } else {
-            SessionWriter::continue_session(&arguments.out, part.start().clone())?
+            SessionWriter::continue_session(staged.path(), part.start().clone())?
         };
         let losses = replay(part, speed, &writer)?;
         // What no device says is taken over as it is.
@@ -64,7 +66,7 @@ pub(super) fn run(arguments: &ReplayArguments) -> anyhow::Result<Outcome> {
             writer.finish(stop.outcome.clone(), losses, HostTime::from_nanos(stop.stopped_host_ns))?;
         }
     }
-    let again = Session::open(&arguments.out)?;
+    let again = Session::open(staged.path())?;
     let streams = [
         Topic::Force,
         Topic::Stage,
@@ -94,6 +96,7 @@ pub(super) fn run(arguments: &ReplayArguments) -> anyhow::Result<Outcome> {
     } else {
         format!("{name}: {} differ from what was recorded", differing.join(", "))
     };
+    staged.finish()?;
     Ok(Outcome {
         exit: if differing.is_empty() { Exit::Good } else { Exit::Degraded },
         text,

@@ -4,12 +4,17 @@ use crate::acquire::{SeenPicture, Watched};
 use crate::clock::HostTime;
 use crate::report::{MarkedDot, strip};
 use anyhow::Context as _;
+use std::fs::Permissions;
 use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// So often where nobody has to ask.
 const EVERY: Duration = Duration::from_secs(1);
+
+/// Permissions of a new file before the system's mask takes some away.
+const EVERYBODY: u32 = 0o666;
 
 /// The file and when it is due.
 pub(super) struct LivePicture {
@@ -59,7 +64,11 @@ impl LivePicture {
         let png = strip(&[(size, seen.grey.pixels.as_slice(), marks.collect())])?;
         let folder = self.file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let cannot = || format!("{}: can't be written", self.file.display());
-        let mut new = tempfile::NamedTempFile::new_in(folder).with_context(cannot)?;
+        // As any other file is made: whom the system's mask lets read it, may.
+        let mut new = tempfile::Builder::new()
+            .permissions(Permissions::from_mode(EVERYBODY))
+            .tempfile_in(folder)
+            .with_context(cannot)?;
         new.write_all(&png).with_context(cannot)?;
         new.persist(&self.file).with_context(cannot)?;
         Ok(())
@@ -79,6 +88,12 @@ mod tests {
         let dot = |x, certain| DotInPicture { centre_px: [x, 15.0], radius_px: 4.0, certain };
         let seen = SeenPicture { grey, dots: vec![dot(10.0, true), dot(30.0, false)] };
         picture.write(&seen).expect("written");
+        let mode = |name: &str| {
+            let permissions = place.path().join(name).metadata().expect("a file").permissions();
+            permissions.mode() & 0o777
+        };
+        std::fs::write(place.path().join("other"), "").expect("writable");
+        assert_eq!(mode("monday-live.png"), mode("other"), "as any other file");
         let drawn = image::open(place.path().join("monday-live.png")).expect("a picture").into_rgb8();
         let count = |first: usize, second: usize| {
             drawn.pixels().filter(|p| p.0[first] > p.0[second].saturating_add(50)).count()

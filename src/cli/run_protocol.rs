@@ -5,12 +5,14 @@ use super::recorded_run::{How, RecordedRun, passed_s, record, told, whereabouts}
 use super::run_watch::Watch;
 use super::{Context, Exit, Outcome, UsageError};
 use crate::acquire::CheckedPlan;
-use crate::session::{Outcome as SessionOutcome, Session, utc_text};
+use crate::device::Losses;
+use crate::session::{Outcome as SessionOutcome, Session, StopDocument, Topic, utc_text};
 use crate::units::counted;
 use anyhow::bail;
 use clap::Args;
 use serde_json::json;
 use std::collections::BTreeSet;
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -109,18 +111,36 @@ fn default_folder(protocol: &str) -> PathBuf {
         .join(format!("{}-{word}", stamp.split('.').next().unwrap_or(&stamp).trim_end_matches('Z')))
 }
 
+/// What was recorded, and what was not.
+fn counts(losses: &Losses, stop: &StopDocument) -> String {
+    let mut text = format!(
+        "{} force records, {} lost, {} not recorded",
+        stop.force_records,
+        losses.lost + losses.malformed,
+        stop.dropped.values().sum::<u64>()
+    );
+    let of = |topic: Topic| stop.messages.get(topic.name()).copied().unwrap_or(0);
+    let others = [
+        (of(Topic::Stage), "reports of the stage"),
+        (of(Topic::Markers), "frames of markers"),
+        (of(Topic::Frame), "frames with pictures"),
+    ];
+    for (count, what) in others.into_iter().filter(|(count, _)| *count > 0) {
+        let _ = write!(text, "; {count} {what}");
+    }
+    for (topic, count) in &stop.dropped {
+        let _ = write!(text, "; {count} of {topic} were not recorded");
+    }
+    text
+}
+
 /// What a run has to say.
 pub(super) fn said(folder: &Path, recorded: &RecordedRun) -> Outcome {
     let RecordedRun { ran, stop, .. } = recorded;
     let plan = ran.plan.as_ref().map(CheckedPlan::plan);
     let (pokes, steps) = plan.map_or((0, 0), |plan| (plan.pokes(), plan.steps.len()));
     let lost = ran.losses.lost + ran.losses.malformed + stop.dropped.values().sum::<u64>();
-    let records = format!(
-        "{} force records, {} lost, {} not recorded",
-        stop.force_records,
-        ran.losses.lost + ran.losses.malformed,
-        stop.dropped.values().sum::<u64>()
-    );
+    let records = counts(&ran.losses, stop);
     let (exit, first) = match &ran.stopped {
         Some(stopped) => {
             let sent = stopped.tripped.sent.map(|s| s.since(stopped.tripped.seen).as_secs_f64() * 1e3);
@@ -170,6 +190,37 @@ pub(super) fn said(folder: &Path, recorded: &RecordedRun) -> Outcome {
             "reordered": ran.losses.reordered,
             "malformed": ran.losses.malformed,
             "dropped": stop.dropped,
+            "messages": stop.messages,
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_and_frames_are_counted_and_what_was_dropped_is_named() {
+        let counted = |of: &[(Topic, u64)]| of.iter().map(|(t, n)| (t.name().to_owned(), *n)).collect();
+        let mut stop = StopDocument {
+            outcome: SessionOutcome::Success,
+            stopped_host_ns: 1,
+            messages: counted(&[(Topic::Force, 9), (Topic::Stage, 50), (Topic::Frame, 28)]),
+            force_records: 7000,
+            dropped: counted(&[]),
+            sensor: Losses::default().into(),
+        };
+        let losses = Losses { lost: 2, malformed: 1, ..Losses::default() };
+        let text = counts(&losses, &stop);
+        assert_eq!(
+            text,
+            "7000 force records, 3 lost, 0 not recorded; 50 reports of the stage; 28 frames with pictures"
+        );
+        stop.dropped = counted(&[(Topic::Grey, 4)]);
+        let text = counts(&losses, &stop);
+        assert!(
+            text.contains(", 4 not recorded;") && text.ends_with("; 4 of /camera/grey were not recorded"),
+            "{text}"
+        );
     }
 }

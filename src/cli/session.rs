@@ -1,32 +1,44 @@
-//! `session`: what is in a session, whether all of it is there, what can be saved of a damaged one, and its data as tables or as a
-//! recording bundle.
+//! `session`: what is in a session, whether all of it is there, and what can be saved of a damaged one. Its data as tables or as a recording
+//! bundle: `session_export`.
 
-use super::look::{late, seen};
-use super::recorded_run::MESH;
 use super::run_protocol::finished_pokes;
-use super::{Context, Exit, Kind, Outcome, StagedFolder};
-use crate::dataset::{read_mesh, read_seen_sessions, write_bundle};
+use super::session_export::{ExportArguments, export};
+use super::{Context, Exit, Outcome, StagedSession};
 use crate::session::{Finding, Info, Outcome as SessionOutcome, Session, recover};
 use crate::units::counted;
-use anyhow::{Context as _, anyhow, bail};
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// In a bundle: the calibration set that its numbers were put right by.
-pub(super) const CALIBRATION: &str = "calibration.toml";
-
 /// What may be done with a session.
 #[derive(Debug, Subcommand)]
 pub(super) enum SessionAction {
     /// Says what is in a session
+    #[command(after_help = "Examples:
+  phantom-rig session info sessions/monday
+  phantom-rig session info sessions/monday --json
+
+Exit code 3: a session that was stopped or interrupted, or of which a part can't be read.")]
     Info(SessionPath),
     /// Checks everything that a session says of itself: checksums, counters, times, counts; exit code 3 where something is missing
+    #[command(after_help = "Examples:
+  phantom-rig session verify sessions/monday
+  phantom-rig session verify sessions/monday --json")]
     Verify(SessionPath),
-    /// Saves what is readable of a damaged session into a new one, and says what is lost
+    /// Saves what is readable of a damaged session into a new one, and says what is lost; exit code 3 where something is
+    #[command(after_help = "Examples:
+  phantom-rig session recover sessions/monday --out sessions/monday-recovered
+  phantom-rig session recover sessions/monday --out sessions/monday-recovered --json")]
     Recover(RecoverArguments),
     /// Writes a session's data as tables (CSV) or as a recording bundle to be fitted
+    #[command(after_help = "Examples:
+  phantom-rig session export sessions/monday --bundle sessions/monday-bundle
+  phantom-rig session export sessions/monday --csv sessions/monday-tables
+  phantom-rig session export sessions/monday --bundle sessions/monday-bundle --registration rigs/registration.toml
+  phantom-rig session export sessions/monday sessions/tuesday --bundle sessions/both
+
+Exit code 3: something was left out of the bundle or is doubtful; it is listed.")]
     Export(ExportArguments),
 }
 
@@ -35,7 +47,7 @@ pub(super) enum SessionAction {
 pub(super) struct SessionPath {
     /// The session's folder
     #[arg(value_name = "SESSION")]
-    session: PathBuf,
+    pub(super) session: PathBuf,
 }
 
 /// What is to be saved where.
@@ -46,28 +58,6 @@ pub(super) struct RecoverArguments {
     /// The new session: a folder that does not exist yet
     #[arg(long, value_name = "SESSION")]
     out: PathBuf,
-}
-
-/// What is to be written where.
-#[derive(Debug, Args)]
-pub(super) struct ExportArguments {
-    #[command(flatten)]
-    path: SessionPath,
-    /// Sessions that went on with it on the same rig, in order: they become part of the bundle
-    #[arg(value_name = "SESSION")]
-    more: Vec<PathBuf>,
-    /// Write a recording bundle into this folder (this or --csv, or both)
-    #[arg(long, value_name = "BUNDLE", required_unless_present = "csv")]
-    bundle: Option<PathBuf>,
-    /// Write force.csv, stage.csv, markers.csv and events.csv into this folder
-    #[arg(long, value_name = "DIR")]
-    csv: Option<PathBuf>,
-    /// The phantom's mesh; by default the one that the session keeps
-    #[arg(long, value_name = "FILE")]
-    mesh: Option<PathBuf>,
-    /// Replace whatever is there; without it only earlier tables
-    #[arg(long)]
-    force: bool,
 }
 
 pub(super) fn run(action: &SessionAction, context: &Context) -> anyhow::Result<Outcome> {
@@ -155,15 +145,20 @@ fn info(path: &SessionPath) -> anyhow::Result<Outcome> {
         "gaps": info.gaps.len(),
     });
     let whole = info.unreadable_bytes == 0;
-    if !whole {
+    if !whole && holds_anything(&info) {
         let _ = write!(text, "\n{}", rescued(&path.session));
     }
     let sound = whole && matches!(info.outcome, Some(SessionOutcome::Success));
     Ok(Outcome { exit: if sound { Exit::Good } else { Exit::Degraded }, text, json })
 }
 
+/// Whether anything of a session can be read.
+pub(super) fn holds_anything(info: &Info) -> bool {
+    info.topics.values().any(|extent| extent.messages > 0)
+}
+
 /// What to do with a session that is damaged.
-fn rescued(session: &Path) -> String {
+pub(super) fn rescued(session: &Path) -> String {
     let name = session.display();
     format!("Next: phantom-rig session recover {name} --out {name}-recovered saves what can be read")
 }
@@ -186,7 +181,14 @@ fn verify(path: &SessionPath) -> anyhow::Result<Outcome> {
         format!("{name}: everything is there")
     } else {
         let damaged = findings.iter().any(|f| matches!(f, Finding::Damaged { .. } | Finding::NoStart { .. }));
-        let next = if damaged { format!("\n{}", rescued(&path.session)) } else { String::new() };
+        let empty = findings.iter().filter(|f| matches!(f, Finding::Empty { .. })).count();
+        let next = if empty == session.segments() as usize {
+            "\nNothing of what was recorded is left; there is nothing to recover".to_owned()
+        } else if damaged {
+            format!("\n{}", rescued(&path.session))
+        } else {
+            String::new()
+        };
         format!("{name}:\n  {}{next}", told.join("\n  "))
     };
     Ok(Outcome {
@@ -197,7 +199,9 @@ fn verify(path: &SessionPath) -> anyhow::Result<Outcome> {
 }
 
 fn rescue(arguments: &RecoverArguments) -> anyhow::Result<Outcome> {
-    let recovery = recover(&arguments.path.session, &arguments.out)?;
+    let staged = StagedSession::new(&arguments.out)?;
+    let recovery = recover(&arguments.path.session, staged.path())?;
+    staged.finish()?;
     let saved = recovery.segments.iter().any(|loss| !loss.saved.is_empty());
     let what = if saved { "saved" } else { "nothing but the start document could be saved" };
     let mut text = format!("{}: {what}", arguments.out.display());
@@ -216,67 +220,4 @@ fn rescue(arguments: &RecoverArguments) -> anyhow::Result<Outcome> {
     }
     let exit = if whole { Exit::Good } else { Exit::Degraded };
     Ok(Outcome { exit, text, json: json!({"format": "phantom-recovery/1", "segments": recovery.segments}) })
-}
-
-fn export(arguments: &ExportArguments, context: &Context) -> anyhow::Result<Outcome> {
-    let session = Session::open(&arguments.path.session)?;
-    let mut sessions = vec![session.clone()];
-    for folder in &arguments.more {
-        sessions.push(Session::open(folder)?);
-    }
-    let mut told = Vec::new();
-    let mut remarks = Vec::new();
-    let mut lags_s = Vec::new();
-    let mut calibration = Vec::new();
-    if let Some(folder) = &arguments.csv {
-        let staged = StagedFolder::new(folder, Kind::Tables, arguments.force)?;
-        let files = session.export_csv(staged.path())?.len();
-        staged.finish()?;
-        told.push(format!("{}: {files} tables", folder.display()));
-    }
-    let mut pokes = None;
-    if let Some(folder) = &arguments.bundle {
-        let mesh = arguments.mesh.clone().unwrap_or_else(|| session.folder().join(MESH));
-        if !mesh.exists() {
-            bail!("{}: the session keeps no mesh; name one with --mesh", mesh.display());
-        }
-        let mesh = read_mesh(&mesh)?;
-        let from = read_seen_sessions(&seen(&sessions, &mesh, context)?, mesh).map_err(|error| {
-            let error = anyhow::Error::new(error);
-            // Where a part cannot be read, what is missing may lie there.
-            match sessions.iter().find(|s| s.info().is_ok_and(|info| info.unreadable_bytes > 0)) {
-                Some(damaged) => anyhow!("{error:#}\n{}", rescued(damaged.folder())),
-                None => error,
-            }
-        })?;
-        let staged = StagedFolder::new(folder, Kind::Recording, arguments.force)?;
-        write_bundle(&from.recording, staged.path()).context("the bundle")?;
-        if let Some(document) = &session.start().calibration {
-            let kept = staged.path().join(CALIBRATION);
-            std::fs::write(&kept, &document.set.text)
-                .with_context(|| format!("{}: can't be written", kept.display()))?;
-        }
-        staged.finish()?;
-        told.push(format!("{}: {}", folder.display(), counted(from.recording.pokes.len(), "poke", "pokes")));
-        pokes = Some(from.recording.pokes.len());
-        remarks = from.remarks;
-        lags_s = from.camera_lags.iter().map(|lag| lag.map(|l| [l.lag_s, l.sd_s])).collect();
-        calibration = from.calibration;
-        told.extend(calibration.iter().cloned());
-        told.extend(from.camera_lags.iter().flatten().map(late));
-    }
-    told.extend(remarks.iter().map(|r| format!("note: {r}")));
-    Ok(Outcome {
-        exit: if remarks.is_empty() { Exit::Good } else { Exit::Degraded },
-        text: told.join("\n"),
-        json: json!({
-            "format": "phantom-session-export/1",
-            "bundle": arguments.bundle,
-            "csv": arguments.csv,
-            "pokes": pokes,
-            "camera_lags_s": lags_s,
-            "calibration": calibration,
-            "remarks": remarks,
-        }),
-    })
 }

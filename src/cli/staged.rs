@@ -3,15 +3,19 @@
 //! Results are written into a staging folder beside their destination and renamed into place at the end. An
 //! error drops the staging folder; Ctrl-C removes all of them and exits with 130. A result folder carries the
 //! file [`MARK`], which says what it is. What can be made again from a recording is replaced by its own kind; a recording,
-//! and whatever else is there, only with `--force`.
+//! and whatever else is there, only with `--force`; a session never is.
 
 use std::io;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The file by which this program knows a result folder of its own.
 const MARK: &str = ".phantom-rig";
+
+/// Permission of a folder's owner to change it.
+const OWNER_WRITES: u32 = 0o200;
 
 /// What a result folder holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,6 +85,18 @@ pub enum StagedError {
         /// The destination.
         place: PathBuf,
     },
+    /// The destination of a file is a folder.
+    #[error("{} is a folder; expected the name of a file", place.display())]
+    Folder {
+        /// The destination.
+        place: PathBuf,
+    },
+    /// Something is where a session should go. Sessions are never overwritten.
+    #[error("{}: exists already; a session goes into a folder that does not exist yet", place.display())]
+    SessionExists {
+        /// The destination.
+        place: PathBuf,
+    },
     /// The destination has no name of its own, such as `..`.
     #[error("{} is no name for a result", place.display())]
     NoName {
@@ -124,9 +140,20 @@ pub(super) fn remove_staged() {
 fn remove(folder: &Path) {
     for _ in 0..100 {
         match std::fs::remove_dir_all(folder) {
+            // A session that is finished is read-only.
+            Err(e) if e.kind() == io::ErrorKind::PermissionDenied => unseal(folder),
             Err(e) if e.kind() != io::ErrorKind::NotFound => std::thread::yield_now(),
             _ => return,
         }
+    }
+}
+
+/// Lets what is in a folder be removed, as far as the system allows.
+fn unseal(folder: &Path) {
+    if let Ok(known) = folder.metadata() {
+        let mut permissions = known.permissions();
+        permissions.set_mode(permissions.mode() | OWNER_WRITES);
+        let _ = std::fs::set_permissions(folder, permissions);
     }
 }
 
@@ -200,9 +227,12 @@ impl StagedFile {
     /// Prepares a result file for `destination`; a file that is there already is replaced only with `force`.
     ///
     /// # Errors
-    /// The destination exists or can't be written to.
+    /// The destination exists, is a folder or can't be written to.
     pub fn new(destination: &Path, force: bool) -> Result<Self, StagedError> {
-        if destination.is_dir() || (!force && destination.symlink_metadata().is_ok()) {
+        if destination.is_dir() {
+            return Err(StagedError::Folder { place: destination.to_owned() });
+        }
+        if !force && destination.symlink_metadata().is_ok() {
             return Err(StagedError::Exists { place: destination.to_owned() });
         }
         Ok(Self { staging: Staging::beside(destination)?, destination: destination.to_owned() })
@@ -224,6 +254,53 @@ impl StagedFile {
     }
 }
 
+/// A session that appears at its destination when it is complete. Whoever writes a session makes its folder, so that until then there is
+/// a name only.
+#[derive(Debug)]
+pub struct StagedSession {
+    staging: Staging,
+    destination: PathBuf,
+}
+
+impl StagedSession {
+    /// Prepares a session for `destination`, where nothing may be.
+    ///
+    /// # Errors
+    /// The destination exists, or the folder that it should lie in does not.
+    pub fn new(destination: &Path) -> Result<Self, StagedError> {
+        if destination.symlink_metadata().is_ok() {
+            return Err(StagedError::SessionExists { place: destination.to_owned() });
+        }
+        let staging = Staging::named(destination, |_| Ok(()))?;
+        let parent = parent(destination);
+        parent.read_dir().map_err(|e| system(parent, "written into", e))?;
+        Ok(Self { staging, destination: destination.to_owned() })
+    }
+
+    /// Where to write it until the end: a folder that does not exist yet.
+    pub fn path(&self) -> &Path {
+        &self.staging.folder
+    }
+
+    /// Puts the session in place.
+    ///
+    /// # Errors
+    /// The destination has come to exist meanwhile, or the operating system refused.
+    pub fn finish(self) -> Result<(), StagedError> {
+        let _guard = staged();
+        let Self { staging, destination } = &self;
+        if destination.symlink_metadata().is_ok() {
+            return Err(StagedError::SessionExists { place: destination.clone() });
+        }
+        std::fs::rename(&staging.folder, destination).map_err(|e| system(destination, "put in place", e))
+    }
+}
+
+/// The folder that something lies in.
+fn parent(place: &Path) -> &Path {
+    place.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 /// A folder beside the destination, hence on the same file system, that is removed when dropped.
 #[derive(Debug)]
 struct Staging {
@@ -231,22 +308,29 @@ struct Staging {
 }
 
 impl Staging {
+    /// Makes the folder.
     fn beside(destination: &Path) -> Result<Self, StagedError> {
+        Self::named(destination, |folder| {
+            std::fs::create_dir(folder).map_err(|e| match e.kind() {
+                io::ErrorKind::NotFound => system(parent(destination), "written into", e),
+                _ => system(folder, "made", e),
+            })
+        })
+    }
+
+    /// A folder of a name that no other has. While it is being made, nothing is removed.
+    fn named(
+        destination: &Path,
+        make: impl FnOnce(&Path) -> Result<(), StagedError>,
+    ) -> Result<Self, StagedError> {
         let name = destination
             .file_name()
             .ok_or_else(|| StagedError::NoName { place: destination.to_owned() })?
             .to_string_lossy();
-        let parent = match destination.parent() {
-            Some(p) if !p.as_os_str().is_empty() => p,
-            _ => Path::new("."),
-        };
         let mut list = staged();
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let folder = parent.join(format!(".{name}.partial-{}-{count}", std::process::id()));
-        std::fs::create_dir(&folder).map_err(|e| match e.kind() {
-            io::ErrorKind::NotFound => system(parent, "written into", e),
-            _ => system(&folder, "made", e),
-        })?;
+        let folder = parent(destination).join(format!(".{name}.partial-{}-{count}", std::process::id()));
+        make(&folder)?;
         list.push(folder.clone());
         Ok(Self { folder })
     }
@@ -336,9 +420,56 @@ mod tests {
         assert_eq!(names(&folder), ["chapter.tex"]);
         let file = folder.join("chapter.tex");
         assert!(matches!(StagedFile::new(&file, false), Err(StagedError::Exists { .. })));
-        assert!(matches!(StagedFile::new(&folder, true), Err(StagedError::Exists { .. })));
+        for force in [false, true] {
+            let error = StagedFile::new(&folder, force).expect_err("a folder");
+            assert!(matches!(error, StagedError::Folder { .. }));
+            assert!(!error.to_string().contains("--force"), "{error}");
+        }
         StagedFolder::new(&folder, Kind::Fit, true).expect("by force").finish().expect("movable");
         assert_eq!(names(&folder), [MARK]);
+    }
+
+    /// As a session is finished: read-only, folder and files.
+    fn sealed_session(folder: &Path) {
+        fs::create_dir(folder).expect("not there yet");
+        fs::write(folder.join("session.mcap"), "an afternoon").expect("writable");
+        let mut permissions = folder.metadata().expect("there").permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(folder, permissions).expect("ours");
+    }
+
+    #[test]
+    fn a_session_appears_at_the_end_and_never_in_the_place_of_something() {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let session = place.path().join("again");
+        let staged = StagedSession::new(&session).expect("free");
+        assert_eq!(names(place.path()), [""; 0], "a name only");
+        sealed_session(staged.path());
+        assert!(!session.exists());
+        staged.finish().expect("movable");
+        assert_eq!(names(place.path()), ["again"]);
+        let error = StagedSession::new(&session).expect_err("taken");
+        assert!(error.to_string().contains("again: exists already"), "{error}");
+        unseal(&session);
+
+        let other = place.path().join("other");
+        let staged = StagedSession::new(&other).expect("free");
+        sealed_session(staged.path());
+        fs::create_dir(&other).expect("writable");
+        assert!(matches!(staged.finish(), Err(StagedError::SessionExists { .. })));
+        assert_eq!(names(place.path()), ["again", "other"], "what was staged is gone");
+        let error = StagedSession::new(&place.path().join("no/such")).expect_err("nowhere");
+        assert!(error.to_string().contains("no: can't be written into"), "{error}");
+    }
+
+    #[test]
+    fn an_abandoned_session_leaves_nothing_even_when_it_is_read_only() {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let staged = StagedSession::new(&place.path().join("again")).expect("free");
+        sealed_session(staged.path());
+        drop(staged);
+        assert_eq!(names(place.path()), [""; 0]);
+        drop(StagedSession::new(&place.path().join("again")).expect("free"));
     }
 
     #[test]

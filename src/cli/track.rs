@@ -1,6 +1,6 @@
 //! `track`: the dots in the pictures of a session, frame by frame, and pictures to look at.
 
-use super::look::{Looked, ON_SURFACE_M, fiducials, look, registration};
+use super::look::{Looked, ON_SURFACE_M, fiducials, look, missing, registration};
 use super::recorded_run::MESH;
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
 use crate::dataset::{Attached, attach_dots, read_mesh};
@@ -79,6 +79,7 @@ pub(super) fn run(arguments: &TrackArguments, context: &Context) -> anyhow::Resu
         "out": arguments.out,
         "frames": counts.frames,
         "lost_frames": counts.lost_frames,
+        "missing_on_beat": counts.missing_on_beat,
         "incomplete_frames": counts.incomplete,
         "dots": looked.followed.reference.len(),
         "hidden_at_first": hidden,
@@ -106,6 +107,9 @@ pub(super) fn run(arguments: &TrackArguments, context: &Context) -> anyhow::Resu
     );
     for (why, count) in &counts.unseen {
         let _ = write!(text, "\n  not: {why}: {:.2} %", 1e2 * *count as f64 / total as f64);
+    }
+    if let Some(said) = missing(counts.missing_on_beat) {
+        let _ = write!(text, "\n{said}");
     }
     if hidden > 0 {
         let _ = write!(

@@ -68,6 +68,14 @@ impl Beat {
         (number as i64, self.first_s + number * self.interval_s)
     }
 
+    /// Beats from the first to the last of these arrivals (s, ascending) for which none arrived. One that came so late that it arrived
+    /// with the next is not missing.
+    pub fn missing(&self, arrivals_s: &[f64]) -> u64 {
+        let [Some(first), Some(last)] = [arrivals_s.first(), arrivals_s.last()] else { return 0 };
+        let beats = self.before(*last).0 - self.before(*first).0 + 1;
+        u64::try_from(beats).unwrap_or(0).saturating_sub(arrivals_s.len() as u64)
+    }
+
     /// From one beat to the next (s).
     pub fn interval_s(&self) -> f64 {
         self.interval_s
@@ -158,6 +166,22 @@ mod tests {
                 assert!((beat.interval_s() - INTERVAL_S).abs() < 1e-3 / f64::from(count));
             }
         }
+    }
+
+    /// Those between the first and the last that were left out are missing, and none that waited for the next.
+    #[test]
+    fn beats_without_an_arrival_are_counted() {
+        let arrivals = arrivals(400);
+        let mut times: Vec<f64> = arrivals.iter().map(|a| a.1).collect();
+        let beat = Beat::of(&times).expect("a beat");
+        let left_out = u64::from(arrivals[arrivals.len() - 1].0 - arrivals[0].0 + 1) - times.len() as u64;
+        assert!(left_out > 40, "{left_out}");
+        assert_eq!(beat.missing(&times), left_out);
+        times[100] = times[101] - 1e-4;
+        assert_eq!(beat.missing(&times), left_out);
+        times.remove(100);
+        assert_eq!(beat.missing(&times), left_out + 1);
+        assert_eq!(beat.missing(&[]), 0);
     }
 
     /// Pictures taken when somebody asks, a camera that slips by half an interval, two rates: no beat.

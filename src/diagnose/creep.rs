@@ -29,7 +29,7 @@ impl Creep {
 }
 
 impl Effects {
-    /// Whether something moves on while nothing touches the phantom.
+    /// Whether something moves on, or stays displaced, while nothing touches the phantom.
     pub(super) fn remember(&self) -> bool {
         !self.relaxation.is_empty()
             || self.bands.iter().any(|band| !band.memory.is_empty() || band.sticky.is_some())

@@ -86,16 +86,25 @@ pub struct Region {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// Entries of the catalogue, the one that explains most first. Empty when the baseline explains the recording, or
-    /// when it does not and nothing else does either ([`Verdict::unexplained`]).
+    /// when it does not and entries alone do not either ([`Verdict::unexplained`]).
     pub physics: Vec<Physics>,
-    /// The baseline does not explain the recording, and no entry does.
+    /// The baseline does not explain the recording, and entries alone do not either.
     pub unexplained: bool,
+    /// The effects that explain it together though not all of them are entries ([`Verdict::unexplained`]); empty where nothing is known that does.
+    pub explained_by: Vec<Physics>,
     /// Probability that the verdict is right, as calibrated on simulated sessions.
     pub confidence: f64,
     /// Entries that the recording cannot tell from those named.
     pub ambiguous_with: Vec<Physics>,
     /// What the confidence was made of; none where nothing was believed to lower the misfit.
     pub evidence: Option<Evidence>,
+}
+
+impl Verdict {
+    /// What is blamed, entries of the catalogue or not.
+    pub fn blamed(&self) -> &[Physics] {
+        if self.physics.is_empty() { &self.explained_by } else { &self.physics }
+    }
 }
 
 /// What speaks for the reading that explains most, named or not.

@@ -21,7 +21,7 @@ pub(super) struct Band {
     pub memory: Vec<Term>,
     /// Acts along a direction only, in tension, beyond a gap.
     pub slack: Option<Slack>,
-    /// Drags besides.
+    /// What drags beside it; nothing does where it is slack.
     pub sticky: Option<Sticky>,
 }
 

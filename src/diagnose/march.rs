@@ -4,7 +4,7 @@
 //! `v = C (q, f)`, and `v = 𝓔[u]` with the hereditary modulus `𝓔`, the same everywhere because Poisson's ratio does
 //! not relax. At each row `𝓔[u] = e u + h`, `h` known from the past ([`Memory`]), and discs pull with
 //! `f = −K u + p`, likewise. What is left is one linear system for `q` and the discs' displacements; which bands
-//! pull and whether the tip slides is found by turns.
+//! pull, which drag or slide ([`Sliders`]) and whether the tip slides is found by turns.
 
 use super::body::Body;
 use super::dual::{Dual, DualSolver};
@@ -69,7 +69,9 @@ pub(super) fn march(
     let mut sliders: Vec<Sliders> = groups
         .iter()
         .zip(&effects.bands)
-        .map(|(group, band)| Sliders::new(band.sticky, group.stiffness, group.discs.len()))
+        .map(|(group, band)| {
+            Sliders::new(band.sticky.filter(|_| band.slack.is_none()), group.stiffness, group.discs.len())
+        })
         .collect();
     let mut kept: Option<(Key, DualSolver)> = None;
     let mut under_tip: Vec<UnderTip> = Vec::new();

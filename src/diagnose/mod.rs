@@ -10,7 +10,7 @@
 //! | `select`, `screen`, `thin`, `starts`, `scan` | which effects act: a look at every entry, refits of the best, one by one |
 //! | `terms`, `law`, `gains` | which form of an effect acts: how many terms, which law, which axes |
 //! | `model`, `rows`, `sums`, `refit` | what a reading of the recording predicts, and its best parameters |
-//! | `march`, `memory`, `tip_path`, `camera`, `registration`, `uneven` | what the phantom, its restraint, the stage and the camera do in time |
+//! | `march`, `memory`, `sticky`, `tip_path`, `camera`, `registration`, `uneven` | what the phantom, its restraint, the stage and the camera do in time |
 //! | `body`, [`bulk`] | the condensed body, and linear changes of it |
 //! | `extra`, [`large`] | what is not linear in the displacement |
 //! | `hum`, `rest`, `lasting`, `creep` | how far the instruments' errors are from white |

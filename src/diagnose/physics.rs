@@ -87,7 +87,7 @@ catalogue! {
 
 impl Physics {
     /// Whether it is an entry of the catalogue.
-    pub(super) fn catalogued(self) -> bool {
+    pub fn catalogued(self) -> bool {
         !matches!(self, Self::UnevenScale | Self::StickyRestraint)
     }
 

@@ -23,7 +23,7 @@ use super::left::Left;
 use super::limits::limits;
 use super::model::Model;
 use super::next_poke::{Standing, next_poke};
-use super::parameters::parameters;
+use super::parameters::{modulus_by_model, parameters};
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
 use super::rivals::others;
@@ -203,7 +203,7 @@ impl Run<'_> {
         let after = left(model, chosen)?;
         let mut judged = judge(model, selection, plain, before, &after, self.settings.false_alarm);
         judged.doubt_stiffening(model, chosen);
-        if !judged.verdict.physics.is_empty() {
+        if !judged.verdict.blamed().is_empty() {
             judged.remarks.extend(of_law.into_iter().chain(of_gains));
         }
         Ok(judged)
@@ -258,7 +258,7 @@ impl Run<'_> {
         let chosen = selection.best();
         judged.remarks.extend(limits(plain.model, plain.fitted));
         // What is not blamed does not extend the baseline either.
-        let extended = match judged.verdict.physics.is_empty() {
+        let extended = match judged.verdict.blamed().is_empty() {
             true => plain,
             false => Explained { model, fitted: chosen },
         };
@@ -278,7 +278,7 @@ impl Run<'_> {
                 region: judged.detected.then(|| region(model, &before)).flatten(),
                 properties: judged.properties.clone(),
             },
-            parameters: parameters(model, extended.fitted, covariance.as_ref(), &judged.verdict.physics),
+            parameters: parameters(model, extended.fitted, covariance.as_ref(), judged.verdict.blamed()),
             candidates: candidates(model, &selection, &judged),
             baseline: reading(plain)?,
             extended: extension,
@@ -342,9 +342,9 @@ const LEFT_ANYWAY: f64 = 1e-3;
 /// The poke that tells the reading chosen, or what comes closest to one, from those that come closest to it, while that is
 /// not settled.
 fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Settings) -> Option<NextPoke> {
-    let Verdict { ambiguous_with, unexplained, confidence, .. } = &judged.verdict;
-    if ambiguous_with.is_empty() && (!unexplained || judged.in_no_catalogue) && *confidence >= settings.enough
-    {
+    let Verdict { ambiguous_with, unexplained, explained_by, confidence, .. } = &judged.verdict;
+    let named = !unexplained || !explained_by.is_empty();
+    if ambiguous_with.is_empty() && named && *confidence >= settings.enough {
         return None;
     }
     let closest = || selection.tried.iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
@@ -373,7 +373,7 @@ fn left(model: &Model<'_>, fitted: &Fitted) -> Result<Left, DiagnoseError> {
     Left::of(model, fitted).ok_or(DiagnoseError::Singular)
 }
 
-/// How well a fit explains the recording. The modulus carries what the elements get wrong of it, and what no ratio of gains says.
+/// How well a fit explains the recording. The modulus carries what the elements get wrong of it and of the effects, and what no ratio of gains says.
 fn reading(Explained { model, fitted }: Explained<'_>) -> Result<Reading, DiagnoseError> {
     let covariance = fitted.stated_covariance(model).ok_or(DiagnoseError::Singular)?;
     let parameters = fitted.at.len() - 2 * model.body.sites;
@@ -381,6 +381,7 @@ fn reading(Explained { model, fitted }: Explained<'_>) -> Result<Reading, Diagno
     let value = fitted.at[0].exp();
     let excess = (fitted.chi2() / fitted.values() as f64).max(1.0);
     let besides = model.settled.modulus_error()?.hypot(common_gain(model, fitted));
+    let besides = besides.hypot(modulus_by_model(model, fitted, &covariance));
     let relative = (covariance[(0, 0)] * excess + besides.powi(2)).sqrt();
     Ok(Reading {
         young_modulus_pa: Estimate { value, sd: value * relative },
@@ -397,7 +398,7 @@ fn candidates(model: &Model<'_>, selection: &Selection, judged: &Judged) -> Vec<
     for (i, tried) in selection.tried.iter().enumerate() {
         let gain = base - tried.fitted.cost;
         let held_out = tried.fitted.held_out(model);
-        let selected = Some(i) == selection.chosen && !judged.verdict.physics.is_empty();
+        let selected = Some(i) == selection.chosen && !judged.verdict.blamed().is_empty();
         refitted.push(Candidate {
             physics: tried.physics.clone(),
             score: gain,

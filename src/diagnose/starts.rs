@@ -33,6 +33,16 @@ const GAPS_M: [f64; 2] = [1e-4, 5e-4];
 /// Where friction beside the restraint begins: stiffness over the springs', and slip over what stretches them at most.
 const RATIO: f64 = 0.5;
 const SLIPS: [f64; 2] = [0.15, 0.5];
+/// Beside these, and alone, friction is looked for.
+const INSTRUMENTS: [Physics; 5] = [
+    Physics::CameraLag,
+    Physics::CameraMisalignment,
+    Physics::CameraScale,
+    Physics::ForceDrift,
+    Physics::ForceGain,
+];
+/// A restraint that slips sooner (m) is glue.
+const SMALLEST_SLIP_M: f64 = 1e-6;
 
 /// All starts from a fitted reading.
 pub(super) fn starts(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
@@ -44,15 +54,19 @@ pub(super) fn starts(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
     }
     add(Physics::Drying, vec![(Knob::Drying, 0.0)]);
     if model.patches() > 0 {
-        for direction in pulled(model, current) {
+        // What drags is not slack here as well.
+        let drags = current.acting.knobs.iter().any(|knob| knob.physics() == Physics::StickyRestraint);
+        for direction in if drags { Vec::new() } else { pulled(model, current) } {
             for gap in GAPS_M {
                 add(Physics::SlackBand, vec![(Knob::Gap(direction), gap)]);
             }
         }
-        // Beside another effect it would take up what that one's model gets wrong.
-        if current.acting.knobs.is_empty() {
+        // Beside another effect it would take up what that one's model gets wrong; those of the instruments have none.
+        if current.acting.knobs.iter().all(|knob| INSTRUMENTS.contains(&knob.physics())) {
             let stretched = model.stretched_m(current).unwrap_or(0.0);
-            for slip in SLIPS.map(|share| share * stretched).into_iter().filter(|slip| *slip > 0.0) {
+            for slip in
+                SLIPS.map(|share| share * stretched).into_iter().filter(|slip| *slip > SMALLEST_SLIP_M)
+            {
                 let knobs = [(Knob::StickyRatio, RATIO), (Knob::StickySlip, slip)];
                 add(Physics::StickyRestraint, knobs.map(|(knob, value)| (knob, value.ln())).to_vec());
             }

@@ -5,20 +5,19 @@
 //! the entries, and what is explained best with it is called unexplained.
 
 use super::dual::Dual;
-use super::knob::Knob;
 use super::model::Model;
-use super::parameters::position;
 use super::refit::Fitted;
 use crate::geometry::Vec3;
 use nalgebra::DVector;
 use num_dual::DualNum;
 
-/// What drags beside the springs.
+/// What drags beside springs of stiffness `k`: a disc at `u` with its slider at `s` is also pulled by `−r k (u − s)`, and `s` follows so that
+/// `|u − s|` is at most the slip.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sticky {
     /// Stiffness in series with the sliders, over that of the springs.
     pub ratio: Dual,
-    /// By so much it is stretched before they slide (m).
+    /// By so much it is stretched before they slide (m, above 0).
     pub slip_m: Dual,
 }
 
@@ -31,7 +30,7 @@ pub(super) struct Sliders {
     law: Option<(Dual, Dual)>,
     /// Where they are (m).
     at: Vec<[Dual; 3]>,
-    /// Those that slide at this row.
+    /// Those that slide at this row, or are expected to.
     slides: Vec<Option<Slide>>,
 }
 
@@ -101,11 +100,11 @@ impl Sliders {
         news
     }
 
-    /// Goes on to displacements `u`, for which they were turned: what slides stays as far behind as it stretches.
+    /// Goes on to displacements `u`, for which they were turned: what slides stays as far behind as it stretches, and is expected to slide on.
     pub(super) fn advance(&mut self, u: &[Dual]) {
         let Some((_, slip)) = self.law else { return };
-        for (n, slide) in self.slides.iter_mut().enumerate() {
-            if let Some(Slide { along, .. }) = slide.take() {
+        for (n, slide) in self.slides.iter().enumerate() {
+            if let Some(Slide { along, .. }) = slide {
                 self.at[n] = std::array::from_fn(|i| u[3 * n + i] - slip * along[i]);
             }
         }
@@ -130,16 +129,9 @@ impl Model<'_> {
     }
 }
 
-/// How the restraint drags.
-pub(super) fn said(model: &Model<'_>, fitted: &Fitted) -> Option<String> {
-    let value = |knob| Some(fitted.at[position(model, fitted, knob)?].exp());
-    Some(format!(
-        "at first the restraint pulls {:.0} % harder, and after {:.2} mm it slides, at any rate: look for friction between bands and body, or \
-         for bands whose first pull differs",
-        100.0 * value(Knob::StickyRatio)?,
-        1e3 * value(Knob::StickySlip)?
-    ))
-}
+/// What to look for where the restraint drags.
+pub(super) const ADVICE: &str =
+    "what drags at any rate alike is friction: look for bands that rub, or whose first pull differs";
 
 #[cfg(test)]
 mod tests {
@@ -178,5 +170,29 @@ mod tests {
             sliders.advance(&u);
         }
         assert_eq!(Sliders::new(None, Dual::from(1.0), 4).pull(0).1, [Dual::from(0.0); 3]);
+    }
+
+    /// A slider that follows along x and is then pulled aside: the law is the tangent of the force at the stretch that it was turned to.
+    #[test]
+    fn a_slider_that_turns_has_the_tangent_of_its_force() {
+        let (stiffness, slip) = (50.0, 2e-4);
+        let sticky = Sticky { ratio: Dual::from(0.5), slip_m: Dual::from(slip) };
+        let mut sliders = Sliders::new(Some(sticky), Dual::from(100.0), 1);
+        let dual = |u: Vec3| [0, 1, 2].map(|i| Dual::from(u[i]));
+        let out = Vec3::new(1e-3, 0.0, 0.0);
+        sliders.turn(&dual(out));
+        sliders.advance(&dual(out));
+        let aside = Vec3::new(1e-3, 3e-4, -2e-4);
+        assert!(sliders.turn(&dual(aside)));
+        let (k, p) = sliders.pull(0);
+        let law = |u: Vec3| Vec3::from_fn(|i, _| (0..3).fold(p[i].re, |f, j| f - k[i][j].re * u[j]));
+        let force = |u: Vec3| -stiffness * slip * (u - Vec3::new(1e-3 - slip, 0.0, 0.0)).normalize();
+        assert!((law(aside) - force(aside)).norm() < 1e-15);
+        for axis in 0..3 {
+            let step = Vec3::ith(axis, 1e-8);
+            let [linear, exact] = [law(aside + step) - law(aside), force(aside + step) - force(aside)];
+            assert!((linear - exact).norm() < 1e-3 * stiffness * 1e-8, "{axis}: {linear} {exact}");
+            assert!(exact.norm() > 1e-2 * stiffness * 1e-8, "{axis}");
+        }
     }
 }

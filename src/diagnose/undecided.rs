@@ -69,6 +69,7 @@ pub(super) fn undecided(
         verdict: Verdict {
             physics: Vec::new(),
             unexplained: detected,
+            explained_by: Vec::new(),
             confidence: UNDECIDED,
             ambiguous_with: suspects,
             evidence: None,

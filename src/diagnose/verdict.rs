@@ -27,8 +27,6 @@ pub(super) struct Judged {
     pub properties: Vec<String>,
     /// What the recording cannot tell.
     pub remarks: Vec<String>,
-    /// Whether it is explained, but by what is no entry of the catalogue.
-    pub in_no_catalogue: bool,
     /// Index of the reading with what may act besides what is blamed, and is doubted.
     pub whole: Option<usize>,
 }
@@ -81,6 +79,7 @@ pub(super) fn judge(
     let mut verdict = Verdict {
         physics: Vec::new(),
         unexplained: false,
+        explained_by: Vec::new(),
         confidence: nothing_left_out(p_value),
         ambiguous_with: Vec::new(),
         evidence: None,
@@ -91,7 +90,6 @@ pub(super) fn judge(
             "no change of the body could be judged: debonding, inclusions, anisotropy, Poisson's ratio, a base that gives".to_owned(),
         );
     }
-    let mut in_no_catalogue = false;
     if let Some(chosen) = chosen {
         let rivals = rivals(selection, plain, chosen, model.base());
         let earned = |p: &Physics| {
@@ -138,20 +136,21 @@ pub(super) fn judge(
             if !as_well.is_empty() {
                 remarks.push(format!("the recording cannot tell {} from {}", names(&named), names(&as_well)));
             }
-            in_no_catalogue = named.iter().any(|p| !p.catalogued());
-            if in_no_catalogue && as_well.is_empty() {
+            verdict.unexplained = named.iter().any(|p| !p.catalogued());
+            if verdict.unexplained && as_well.is_empty() {
                 remarks.push(format!("no entry of the catalogue explains as much as {}", names(&named)));
             }
-            if !in_no_catalogue {
-                verdict.physics = named;
+            match verdict.unexplained {
+                true => verdict.explained_by = named,
+                false => verdict.physics = named,
             }
-            verdict.unexplained = in_no_catalogue;
             verdict.confidence = sure;
             verdict.ambiguous_with = as_well.into_iter().filter(|p| p.catalogued()).collect();
         }
         if verdict.unexplained {
             remarks.extend(uneven::said(model, &chosen.fitted));
-            remarks.extend(sticky::said(model, &chosen.fitted));
+            let drags = chosen.physics.contains(&Physics::StickyRestraint);
+            remarks.extend(drags.then(|| sticky::ADVICE.to_owned()));
         }
     } else if detected {
         verdict.unexplained = true;
@@ -167,7 +166,7 @@ pub(super) fn judge(
         remarks.push("the fit had not come to rest after its last step; its values may be off".to_owned());
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
-    Judged { detected, p_value, verdict, properties, remarks, in_no_catalogue, whole: None }
+    Judged { detected, p_value, verdict, properties, remarks, whole: None }
 }
 
 /// Whether a reading may be named.
@@ -245,7 +244,7 @@ const DOUBTED_SD: f64 = 3.0;
 impl Judged {
     /// Whether nothing is named, though an entry of the catalogue might be to blame.
     pub(super) fn doubted(&self) -> bool {
-        self.verdict.physics.is_empty() && !self.in_no_catalogue
+        self.verdict.blamed().is_empty()
     }
 
     /// Those of the effects of the reading `whole` that are not blamed may act besides.
@@ -268,8 +267,8 @@ impl Judged {
     pub(super) fn doubt_modulus(&mut self, modulus_pa: Estimate, [low, high]: [f64; 2]) {
         let Estimate { value, sd } = modulus_pa;
         let outside = (low - value).max(value - high);
-        let Verdict { physics, ambiguous_with, .. } = &self.verdict;
-        let named = physics.iter().chain(ambiguous_with).any(|p| *p == Physics::ForceGain);
+        let blamed = self.verdict.blamed().iter().chain(&self.verdict.ambiguous_with);
+        let named = blamed.copied().any(|p| p == Physics::ForceGain);
         if outside <= DOUBTED_SD * sd || named {
             return;
         }
@@ -285,14 +284,14 @@ impl Judged {
     /// Stiffening with strain contains large strain alone, and, if there is little of it, takes its place where that could not
     /// be worked out as deep as the recording goes.
     pub(super) fn doubt_stiffening(&mut self, model: &Model<'_>, chosen: &Fitted) {
-        let Verdict { physics, ambiguous_with, confidence, .. } = &mut self.verdict;
         let little = chosen.acting.knobs.iter().enumerate().any(|(i, knob)| {
             matches!(knob, Knob::Stiffening(_)) && chosen.at[model.base() + i] < LITTLE_STIFFENING
         });
-        let blamed = little && physics.contains(&Physics::StrainStiffening);
+        let blamed = little && self.verdict.blamed().contains(&Physics::StrainStiffening);
         if !blamed || model.shelf(true).is_none_or(Shelf::strains_in_full) {
             return;
         }
+        let Verdict { ambiguous_with, confidence, .. } = &mut self.verdict;
         if !ambiguous_with.contains(&Physics::FiniteStrain) {
             ambiguous_with.push(Physics::FiniteStrain);
         }
@@ -310,7 +309,7 @@ impl Judged {
         let own = &selection.tried[tried];
         let gain = selection.base.cost - own.fitted.cost;
         match chosen {
-            Some(_) if selection.chosen == Some(tried) && self.in_no_catalogue => {
+            Some(_) if selection.chosen == Some(tried) && !self.verdict.explained_by.is_empty() => {
                 "nothing explains as much with as little, but it is in no catalogue".to_owned()
             }
             Some(_) if selection.chosen == Some(tried) && self.verdict.unexplained => {
@@ -362,20 +361,13 @@ mod tests {
         let verdict = Verdict {
             physics: vec![Physics::Drying],
             unexplained: false,
+            explained_by: Vec::new(),
             confidence: 0.97,
             ambiguous_with: Vec::new(),
             evidence: None,
         };
         let (properties, remarks) = (Vec::new(), Vec::new());
-        let mut alone = Judged {
-            detected: true,
-            p_value: 0.0,
-            verdict,
-            properties,
-            remarks,
-            in_no_catalogue: false,
-            whole: None,
-        };
+        let mut alone = Judged { detected: true, p_value: 0.0, verdict, properties, remarks, whole: None };
         assert!(!alone.doubted());
         alone.part_of(&selection, 0, 0);
         assert!(alone.remarks[0].contains("besides, camera-lag may act"), "{:?}", alone.remarks);
@@ -392,7 +384,8 @@ mod tests {
         assert!(plain.remarks[0].contains("late by 0.9 ms"), "{:?}", plain.remarks);
         alone.verdict.physics.clear();
         assert!(alone.doubted());
-        assert!(!Judged { in_no_catalogue: true, ..alone }.doubted());
+        alone.verdict.explained_by.push(Physics::UnevenScale);
+        assert!(!alone.doubted());
     }
 
     /// What shows is never called chance because an explanation of it is doubtful, and a doubtful one is never named.

@@ -94,7 +94,18 @@ pub enum InverseError {
         /// The recording.
         recording: String,
     },
-    /// A body has no equilibrium at finite strain.
+    /// A load that a body at finite strain cannot carry: too large for it, or far from everything that it was seen under.
+    #[error(
+        "by this model the body has no equilibrium under a force of ({:.3}, {:.3}, {:.3}) N; expected a load near those that were recorded",
+        force_n[0], force_n[1], force_n[2]
+    )]
+    NoEquilibrium {
+        /// The force (N).
+        force_n: [f64; 3],
+        /// How the search for it ended.
+        source: FiniteError,
+    },
+    /// The question that was put to a body at finite strain makes no sense.
     #[error("the body at finite strain")]
     Finite(#[from] FiniteError),
     /// A material at finite strain is none.

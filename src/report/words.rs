@@ -71,8 +71,7 @@ pub fn trust(fit: &Fit) -> String {
             let digits = (2..6).find(|d| (ratio - most) * 10_f64.powi(*d as i32) >= 1.0).unwrap_or(6);
             format!(
                 "The residual is {ratio:.digits$} × the noise, and noise alone leaves at most {most:.digits$} ×: the model is \
-                 missing something. The figures are not to be trusted beyond {}, if that far.",
-                modulus(&fit.young_modulus_pa)
+                 missing something, and the figures may be off by more than they say. `phantom-rig diagnose` looks for what."
             )
         }
         Verdict::Unjudged => {

@@ -1,11 +1,12 @@
 //! What a rig file says that a plan and a session have to know, in SI.
 
-use super::file::{ContactWord, RigKeys, ShapeWord};
+use super::file::{ContactWord, ControllerWord, RigKeys, ShapeWord};
 use super::reading::without_simulation;
 use super::{RigError, SIMULATED};
 use crate::calib::set::CalibrationSet;
 use crate::calib::{Registration, RegistrationFile};
 use crate::device::{DepthCameraFormat, DepthCameraIdentity, Mounting, SensorMounting, StageLimits};
+use crate::driver::NativeOptions;
 use crate::session::{CalibrationDocument, CameraDocument, HashedText, LensDocument};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -166,6 +167,19 @@ impl RigFile {
         self.keys.force.rate_hz
     }
 
+    /// Reports of the stage a second while it moves.
+    pub fn stage_rate_hz(&self) -> f64 {
+        match self.keys.stage.controller {
+            ControllerWord::Native => NativeOptions::new("").reports.as_secs_f64().recip(),
+            ControllerWord::Grbl => self.grbl_rate_hz(),
+        }
+    }
+
+    /// Status reports that Grbl is asked for a second while the stage moves.
+    pub(super) fn grbl_rate_hz(&self) -> f64 {
+        self.keys.stage.reports_hz.unwrap_or(10.0)
+    }
+
     /// The sensor's longest silence, most records lost in a row, most records with its clock standing.
     pub fn patience(&self) -> (Duration, u32, u32) {
         let force = &self.keys.force;
@@ -226,6 +240,17 @@ impl RigFile {
     pub fn pictures(&self) -> Option<(usize, f64)> {
         let keys = self.keys.camera.as_ref()?;
         Some((keys.size_px[0] * keys.size_px[1], keys.rate_hz))
+    }
+
+    /// Whether the depth camera's lens and place are known; none where there is no camera. Without both there are pictures, but no markers.
+    ///
+    /// # Errors
+    /// [`RigError`]: a lens or a registration that is none.
+    pub fn camera_is_known(&self) -> Result<Option<[bool; 2]>, RigError> {
+        if self.keys.camera.is_none() {
+            return Ok(None);
+        }
+        Ok(Some([self.lens()?.is_some(), self.camera_stands()?.is_some()]))
     }
 
     /// The mesh file; none for that of the simulated phantom.

@@ -186,7 +186,7 @@ impl RigFile {
                 }
                 let port = port(simulated._grbl.as_ref().map(GrblEmulator::port));
                 let axes = stage.axes.unwrap_or(['X', 'Z']);
-                let reports = stage.reports_hz.unwrap_or(10.0);
+                let reports = self.grbl_rate_hz();
                 let options =
                     GrblOptions { baud: stage.baud, axes, moving_rate_hz: reports, ..GrblOptions::new(port) };
                 Box::new(GrblStage::connect(&options)?)

@@ -53,6 +53,12 @@ pub enum Finding {
     /// The session has no stop document.
     #[error("the session was interrupted: it has no stop document")]
     Interrupted,
+    /// A segment without a single message: its file is empty, or nothing of it can be read.
+    #[error("segment {segment}: nothing is in it")]
+    Empty {
+        /// The segment.
+        segment: u32,
+    },
     /// A segment has lost the document that it begins with.
     #[error("segment {segment} does not begin with a start document")]
     NoStart {
@@ -289,7 +295,9 @@ fn check_documents(
     tally: &Tally,
     findings: &mut Vec<Finding>,
 ) {
-    if tally.first_topic != Some(Topic::Start) {
+    if tally.first_topic.is_none() {
+        findings.push(Finding::Empty { segment: number });
+    } else if tally.first_topic != Some(Topic::Start) {
         findings.push(Finding::NoStart { segment: number });
     }
     if tally.count(Topic::Stop).messages > 0 && tally.last_topic != Some(Topic::Stop) {

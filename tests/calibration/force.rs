@@ -77,6 +77,55 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
     }
 }
 
+/// Sound tables whose places are as uncertain as the defaults state, or better, and those of a sensor with a fifth of the noise: a row is named
+/// in one table of a hundred, whatever the places are worth.
+#[test]
+fn false_names_are_as_rare_as_stated() {
+    let stated = Known::default();
+    let tables = (repeats() / 4).max(10);
+    let (mut alarms, mut unloaded) = (0, 0);
+    let cases = [(1.0, 1.0), (0.5, 1.0), (0.0, 1.0), (1.0, 0.2), (0.3, 0.2), (0.0, 0.2)];
+    for (case, (share, quiet)) in cases.into_iter().enumerate() {
+        let mut named = 0;
+        for seed in 0..tables {
+            let mut dice = Dice::new(40_000 + 10_000 * case as u64 + seed);
+            let mut bench = ForceBench::new(&mut dice);
+            bench.direction_rad = share * stated.direction_rad;
+            bench.lever_m = share * stated.lever_m;
+            bench.mass_share = stated.mass_share;
+            bench.scale_share = stated.scale_share;
+            bench.noise = bench.noise.map(|noise| quiet * noise);
+            let rows = bench.table(&mut dice);
+            let found = calibrate_force(&weights(&rows), &stated).expect("enough weights");
+            named += u32::from(!found.misfits.is_empty());
+            unloaded += found.misfits.iter().filter(|m| m.mass_kg == 0.0).count();
+        }
+        println!("places at {share} of what is stated, noise at {quiet}: a row named in {named} of {tables}");
+        alarms += named;
+    }
+    println!("in all {alarms} of {} tables; rows without a weight: {unloaded}", 6 * tables);
+    // Stated is 1 %; the mean of so many tables and three deviations of a Poisson number.
+    let expected = 0.01 * 6.0 * tables as f64;
+    assert!(f64::from(alarms) <= expected + 3.0 * expected.sqrt(), "{alarms} for {expected}");
+}
+
+/// A lever that was written down wrong for all weights of a place is named, though these weights agree with each other.
+#[test]
+fn a_wrong_place_is_named() {
+    let mut dice = Dice::new(12);
+    let bench = ForceBench::new(&mut dice);
+    let mut rows = bench.table(&mut dice);
+    // Rows 20 to 23 hang at (0, 50, 0) mm along x; 60 mm are written down.
+    for row in &mut rows[20..24] {
+        assert_eq!(row.lever_m, [0.0, 0.05, 0.0]);
+        row.lever_m[1] = 0.06;
+    }
+    let found = calibrate_force(&weights(&rows), &known(&bench)).expect("enough weights");
+    let heaviest = found.misfits.first().expect("a misfit");
+    assert!(found.misfits.iter().all(|m| (22..=25).contains(&m.line)), "{:?}", found.misfits);
+    assert!(heaviest.as_mass_kg.is_none() && heaviest.component == "Mz", "{heaviest:?}");
+}
+
 /// A reading that is put right gives the wrench back, and a turn of the sensor is told from its gains.
 #[test]
 fn the_correction_undoes_the_sensor() {
@@ -198,6 +247,21 @@ fn the_drift_log_tells_trend_from_noise() {
     let quiet = (0..40)
         .filter(|s| drift(&log(0.0, 0.0, 100 + s)).expect("a log").trends.iter().any(|t| t.is_there()));
     assert!(quiet.count() <= 2);
+    // A channel that stands still, at a number that sums do not hold exactly, and one that flips its last digit: no trend.
+    let mut still = log(0.0, 0.0, 5);
+    for (k, reading) in still.readings.iter_mut().enumerate() {
+        reading[4] = 0.1;
+        reading[5] = if k == 599 { 0.0124 } else { 0.0123 };
+    }
+    let found = drift(&still).expect("a log");
+    assert!(found.trends.iter().all(|t| !t.is_there()), "{:?}", found.trends);
+    // The last digit that wanders away is one.
+    for (k, reading) in still.readings.iter_mut().enumerate() {
+        reading[5] = 0.0123 + 1e-4 * (k / 100) as f64;
+    }
+    let found = drift(&still).expect("a log");
+    let there: Vec<_> = found.trends.iter().filter(|t| t.is_there()).map(|t| (t.component, t.per)).collect();
+    assert_eq!(there, [("Mz", "s")]);
     let mut same = log(0.0, 3e-3, 1);
     same.temperature_c = Some(same.time_s.iter().map(|t| 20.0 + t / 600.0).collect());
     assert!(drift(&same).expect("a log").not_apart);

@@ -212,6 +212,9 @@ fn wrong_dots_of_a_board_are_left_out() {
     let words = [&words[..], &dots].concat();
     let (code, text, stderr) = run(&words);
     assert!(code == 3 && text.contains("found without"), "{text}{stderr}");
+    // Paths in a rig file count from its own folder, wherever that is.
+    let next = "Next: in a rig file beside it, under [camera]: lens = \"lens.toml\"";
+    assert!(text.contains(next), "{text}");
     println!("{text}");
     let (_, text, stderr) = run(&[&words[..], &["--force", "--json"]].concat());
     let json: Value = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {text}{stderr}"));
@@ -257,6 +260,28 @@ fn what_shows_no_board_writes_no_lens() {
     refused(utf8(&at("nowhere.png")), &squares, 1, "nowhere.png");
     refused(utf8(&grey), &["--board", "dots"], 2, "--radius-mm");
     refused(utf8(&grey), &["--board", "dots", "--radius-mm", "7"], 2, "less than half");
+    let large = "--radius-mm 7: expected more than 0 and less than half of the pitch, --pitch-mm 12";
+    refused(utf8(&grey), &["--board", "dots", "--radius-mm", "7"], 2, large);
     refused(utf8(&grey), &["--board", "checkerboard", "--radius-mm", "2"], 2, "--board dots");
     assert_eq!(names(place.path()), ["empty", "grey"]);
+}
+
+/// Squares where dots are asked for: said once for all pictures, with the option to try.
+#[test]
+fn the_other_kind_of_board_is_thought_of() {
+    let place = tempfile::tempdir().expect("a folder");
+    let folder = place.path().join("board");
+    std::fs::create_dir(&folder).expect("writable");
+    let mut random = ChaCha8Rng::seed_from_u64(4);
+    for (name, turn) in [("a", 0.3), ("b", -0.3), ("c", 0.1)] {
+        let file = folder.join(format!("{name}.png"));
+        picture(Print::Squares, [turn, 0.2, 0.0], [0.0, 0.0, 0.2], &mut random).save(file).expect("writable");
+    }
+    let out = place.path().join("lens.toml");
+    let mut words = vec!["calibrate", "camera", utf8(&folder), "--columns", "9", "--rows", "7"];
+    words.extend(["--pitch-mm", "12", "--out", utf8(&out), "--board", "dots", "--radius-mm", "3.5"]);
+    let (code, text, stderr) = run(&words);
+    assert!(code == 1 && stderr.contains("--board checkerboard"), "{code} {text}{stderr}");
+    assert_eq!(stderr.matches("left out").count(), 1, "{stderr}");
+    assert!(stderr.contains("left out: 3 pictures, ") && stderr.contains("of 63 dots"), "{stderr}");
 }

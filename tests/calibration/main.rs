@@ -1,8 +1,10 @@
 //! `calibrate` as a process: what it finds in pictures and exports that are made here, and what it refuses.
 
+mod asked;
 mod bench;
 mod certified;
 mod certified_models;
+mod doubts;
 mod faults;
 mod force;
 mod import;

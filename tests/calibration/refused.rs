@@ -67,6 +67,48 @@ fn what_is_no_test_of_bands() {
     refused("bands", &cases);
 }
 
+/// What the export itself calls a bend or a press has no stiffness of bands.
+#[test]
+fn a_bend_is_no_pull_of_bands() {
+    let place = tempfile::tempdir().expect("a folder");
+    for (name, label, how) in [
+        ("bent.csv", "Flexure extension at Maximum Load", "bent"),
+        ("pressed.csv", "Compressive extension at Maximum Load", "pressed"),
+    ] {
+        let (file, out) = (place.path().join(name), place.path().join("out"));
+        let head = format!("Maximum Load : {label},\"30.0\",mm\n\n");
+        fs::write(&file, head + &table(&band())).expect("writable");
+        let (code, text, stderr) = run(&["calibrate", "bands", utf8(&file), "--out", utf8(&out)]);
+        let words = format!("not pulled but {how}, as the export says");
+        let said = stderr.contains(name) && stderr.contains(&words);
+        assert!(code == 1 && said && !out.exists(), "{name}: {code} {text}{stderr}");
+    }
+}
+
+/// A pull below where the loading begins was not measured: said, with exit code 3. Of several bands that of one is told too.
+#[test]
+fn a_pull_below_the_loading_is_said_and_one_of_several_bands_is_told() {
+    let place = tempfile::tempdir().expect("a folder");
+    let (file, out) = (place.path().join("two.csv"), place.path().join("out"));
+    // Out and back from a pull of 2 N at 200 N/m.
+    let loaded: Vec<[f64; 3]> = band().iter().map(|[t, x, f]| [*t, *x, f + 2.0]).collect();
+    fs::write(&file, table(&loaded)).expect("writable");
+    let bands = |pull: &str| {
+        let words = ["calibrate", "bands", utf8(&file), "--parallel", "2", "--pretension-n", pull];
+        run(&[&words[..], &["--out", utf8(&out)]].concat())
+    };
+    let (code, text, stderr) = bands("1");
+    let words = "a pull of 1.00 N was not measured: the loading begins at 2.0";
+    assert!(code == 3 && text.contains(words), "{code} {text}{stderr}");
+    let (_, text, _) = bands("4");
+    assert!(!text.contains("was not measured"), "{text}");
+    let first = text.lines().next().expect("a line");
+    assert!(
+        first.contains("of 2 bands together, 100.") || first.contains("of 2 bands together, 99."),
+        "{first}"
+    );
+}
+
 #[test]
 fn what_is_no_test_of_relaxation() {
     let never: Vec<[f64; 3]> = (0..100).map(|k| 0.1 * f64::from(k)).map(|t| [t, t, 2.0 * t]).collect();

@@ -81,3 +81,62 @@ fn what_went_wrong_is_refused_with_its_place_and_leaves_nothing() {
     }
     assert_eq!(names(place.path()), ["back.csv", "empty.csv", "slip.csv", "text.csv"]);
 }
+
+/// A window that reaches beyond the pull is said with where it was fitted; exit code 3 where more than a tenth of it is empty.
+#[test]
+fn a_window_beyond_the_data_is_said() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = place.path().join("gel.csv");
+    // Strains up to 0.545.
+    fs::write(&file, table(&rows())).expect("writable");
+    for (strain, expected, said) in [("0,0.5", 0, false), ("0,0.58", 0, true), ("0,5", 3, true)] {
+        let out = place.path().join(format!("out-{expected}-{said}"));
+        let (code, text, stderr) =
+            run(&["calibrate", "tensile", utf8(&file), "--strain", strain, "--out", utf8(&out)]);
+        let words = text.contains("and the pull ends at 0.545: it is fitted up to there");
+        assert!(code == expected && words == said, "{strain}: {code} {text}{stderr}");
+        let value = phantom_rig::calib::reference::ReferenceValue::read(&out.join("tensile.toml"));
+        let [low, high] = value.expect("sound").validity.strain.expect("a window");
+        assert!(low == 0.0 && high <= 0.5451, "{low} to {high}");
+    }
+}
+
+/// Of several materials there is no modulus: that comes first, and no number is given for all.
+#[test]
+fn several_materials_have_no_common_modulus() {
+    let place = tempfile::tempdir().expect("a folder");
+    let mut files = Vec::new();
+    for (name, gain) in [("soft", 0.4), ("middle", 1.0), ("hard", 3.3)] {
+        let file = place.path().join(format!("{name}.csv"));
+        let scaled: Vec<(f64, f64, f64)> = rows().iter().map(|(t, e, p)| (*t, *e, gain * p)).collect();
+        fs::write(&file, table(&scaled)).expect("writable");
+        files.push(file);
+    }
+    let out = place.path().join("out");
+    let mut words = vec!["calibrate", "tensile"];
+    words.extend(files.iter().map(|file| utf8(file)));
+    words.extend(["--out", utf8(&out)]);
+    let (code, text, stderr) = run(&words);
+    assert_eq!(code, 3, "{text}{stderr}");
+    let first = text.lines().next().expect("a line");
+    let words = ["not one material: moduli from 24.", " kPa to 19", "there is no common modulus"];
+    assert!(words.iter().all(|words| first.contains(words)) && !text.contains("90 %"), "{text}");
+    let json = fs::read_to_string(out.join("tensile.json")).expect("written");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert!(json["young_modulus_pa"].is_null() && json["not_one_material"].is_string(), "{json:#}");
+}
+
+/// A modulus of some pascals has an interval with digits.
+#[test]
+fn a_small_modulus_has_digits() {
+    let place = tempfile::tempdir().expect("a folder");
+    let (file, out) = (place.path().join("gel.csv"), place.path().join("out"));
+    let line = |(t, e, p): (f64, f64, f64)| format!("{t:.1},{e:.4},{:.9}\n", 1e-3 * p);
+    let text = "Time (s),Strain (mm/mm),Stress (kPa)\n".to_owned()
+        + &rows().into_iter().map(line).collect::<String>();
+    fs::write(&file, text).expect("writable");
+    let (code, text, stderr) = run(&["calibrate", "tensile", utf8(&file), "--out", utf8(&out)]);
+    assert_eq!(code, 0, "{text}{stderr}");
+    // E = 60 Pa; one specimen, so that 5 % of scatter are assumed.
+    assert!(text.contains("90 % interval 0.05") && text.contains("to 0.06"), "{text}");
+}

@@ -129,3 +129,44 @@ fn slack_and_slope_of_a_made_band_are_found() {
         assert!(off < 4.0 * found.sd_n_per_m && found.sd_n_per_m < 0.01 * slope, "{off} of {found:?}");
     }
 }
+
+/// A bend that cracks half way and stiffens again: a line through its end would be slack where the table carries load, and is refused.
+#[test]
+fn load_in_what_seems_slack_is_no_band() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let noise = Normal::new(0.0, 0.05).expect("a deviation");
+    let x: Vec<f64> = (0..300).map(|k| 1e-4 * f64::from(k)).collect();
+    // Up to 20 N within 5 mm, down to 10 N slowly, then up to 60 N.
+    let force = |x: &f64| {
+        let mm = 1e3 * x;
+        let up = 4.0 * mm.min(5.0);
+        let down = (mm - 5.0).clamp(0.0, 15.0) / 15.0 * 10.0;
+        up - down + 5.0 * (mm - 20.0).max(0.0) + noise.sample(&mut rng)
+    };
+    let force: Vec<f64> = x.iter().map(force).collect();
+    let made = Stretching::new("made".to_owned(), x, force);
+    let error = bands::estimate(&made, &bands::Settings::default()).expect_err("no band").to_string();
+    assert!(error.contains("made: a line through the loading is slack up to"), "{error}");
+}
+
+/// A curve without noise and without slack, to all digits or to some, of a gel or of a rubber: its own model and its modulus.
+#[test]
+fn an_exact_dumbbell_has_its_modulus() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    for modulus in [60.0, 60e3] {
+        for step in [0.0, 1e-9, 1e-7, 1e-5] {
+            let mut one = pull(modulus, 0.0, 1.0, &mut rng);
+            for (e, s) in one.strain.iter().zip(one.stress.iter_mut()) {
+                let exact = nominal(modulus, 1.0 + e);
+                *s = if step > 0.0 { (exact / (step * modulus)).round() * step * modulus } else { exact };
+            }
+            let found = dumbbell::estimate(&[one], &dumbbell::Settings::default()).expect("sound");
+            assert_eq!(found.model, dumbbell::Elastic::NeoHookean, "{modulus} {step}");
+            assert!(
+                (found.modulus_pa / modulus - 1.0).abs() < 1e-3,
+                "{modulus} {step}: {}",
+                found.modulus_pa
+            );
+        }
+    }
+}

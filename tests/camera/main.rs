@@ -7,6 +7,7 @@ mod program;
 #[path = "../support/steady.rs"]
 mod steady;
 
+use phantom_rig::dataset::read_bundle;
 use program::{run, utf8};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -80,7 +81,7 @@ fn markers_of_pictures_are_where_the_dots_are() {
             utf8(&at("session")),
         ]);
         assert_eq!(code, 0, "{text}{stderr}");
-        assert!(text.contains("0 lost, 0 not recorded"), "{text}");
+        assert!(text.contains("0 lost, 0 not recorded") && text.contains("frames with pictures"), "{text}");
         assert!(fs::metadata(at("session-live.png")).expect("a picture").len() > 10_000);
         let tracked = at("tracked");
         let (_, text, stderr) = run(&["track", utf8(&at("session")), "--out", utf8(&tracked), "--json"]);
@@ -117,7 +118,24 @@ fn markers_of_pictures_are_where_the_dots_are() {
             .map(str::to_owned);
         let (code, text, stderr) = run(&arguments.each_ref().map(String::as_str));
         assert_eq!(code, 0, "{text}{stderr}");
+        let by_track = json;
         let json: Value = serde_json::from_str(&text).expect("JSON");
+        // The same beats are counted whoever follows the dots.
+        assert_eq!(json["missing_on_beat"], by_track["missing_on_beat"], "{json}");
+        // Told where the camera stood, it is the same recording.
+        let (session, told, file) = (at("session"), at("told"), at("sim-camera-registration.toml"));
+        let (code, text, stderr) = run(&[
+            "session",
+            "export",
+            utf8(&session),
+            "--bundle",
+            utf8(&told),
+            "--registration",
+            utf8(&file),
+        ]);
+        assert_eq!(code, 0, "{text}{stderr}");
+        let read = |bundle: &Path| read_bundle(bundle).expect("a bundle").0;
+        assert_eq!(read(&told), read(&bundle));
         let lag = json["camera_lags_s"][0].as_array().expect("a lag").clone();
         let [lag_ms, sd_ms] = [0, 1].map(|i| 1e3 * lag[i].as_f64().expect("a number"));
         let again = at("again");

@@ -70,10 +70,11 @@ fn dots_of_any_size_and_of_every_kind_of_file_are_found_where_they_are() {
     colour.save(at("trial/colour.jpg")).expect("writable");
     let (trial, out) = (at("trial"), at("out"));
     let (code, text, stderr) = dots(&[utf8(&trial), "--out", utf8(&out)]);
-    assert_eq!(code, 0, "{text}{stderr}");
-    assert_eq!(text.matches("30 dots").count(), 4, "{text}");
-    // `track` has a range of radii that these are not in.
+    // `track` has a range of radii that those of 13.5 px are not in: it could not follow them.
+    assert_eq!(code, 3, "{text}{stderr}");
+    assert_eq!(text.matches(": 30 dots").count(), 4, "{text}");
     assert_eq!(text.matches("`track` looks for 2.5 to 12 px radius").count(), 1, "{text}");
+    assert!(text.contains("would find 0 dots; 30 are too large; here that half is 13."), "{text}");
     let expected = [
         "colour-dots.png",
         "deep-dots.png",
@@ -106,8 +107,12 @@ fn dots_of_any_size_and_of_every_kind_of_file_are_found_where_they_are() {
     assert!(ringed.dimensions() == (250, 210) && green > 30 * 30, "{green}");
     // The same again replaces it, and another kind of result is not replaced.
     let (code, result) = json(&[utf8(&trial), "--out", utf8(&out)]);
-    assert_eq!((code, &result["format"]), (0, &"phantom-dots/1".into()));
+    assert_eq!((code, &result["format"]), (3, &"phantom-dots/1".into()));
     assert_eq!(result["pictures"][1]["bits"], 12, "{result:#}");
+    let faults = |k: usize| result["pictures"][k]["faults"].as_array().expect("a list").len();
+    assert_eq!([0, 1, 2, 3].map(faults), [0, 0, 1, 0], "{result:#}");
+    let (code, text, stderr) = dots(&[utf8(&trial.join("small.png"))]);
+    assert_eq!((code, text.contains("`track`")), (0, false), "{text}{stderr}");
     std::fs::create_dir_all(at("thesis/chapters")).expect("writable");
     let (code, _, stderr) = dots(&[utf8(&trial), "--out", utf8(&at("thesis"))]);
     assert!(code == 1 && stderr.contains("--force"), "{stderr}");

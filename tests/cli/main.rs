@@ -7,10 +7,12 @@ mod dots;
 #[path = "../bundles/fixture.rs"]
 mod fixture;
 mod mesh_block;
+mod plan;
 mod predict;
 #[path = "../support/program.rs"]
 mod program;
 mod proof;
+mod sessions;
 mod usage;
 
 use program::{phantom_rig, run, utf8};
@@ -24,4 +26,12 @@ fn names(folder: &Path) -> Vec<String> {
         .collect();
     names.sort();
     names
+}
+
+/// Interrupts a process as Ctrl-C does.
+#[cfg(unix)]
+fn interrupt(process: u32) {
+    let sent =
+        std::process::Command::new("kill").args(["-INT", &process.to_string()]).status().expect("kill");
+    assert!(sent.success());
 }

@@ -1,9 +1,9 @@
 //! `mesh block`: what it writes is a mesh that a bundle can use; what it refuses or abandons leaves nothing.
 
-use super::{fixture, names, phantom_rig, run, utf8};
+use super::{fixture, interrupt, names, phantom_rig, run, utf8};
 use phantom_rig::dataset::{read_bundle, read_mesh, write_bundle};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 const SLAB: [&str; 12] = [
     "mesh",
@@ -66,6 +66,12 @@ fn a_file_that_exists_is_kept_unless_forced() {
     assert_eq!(run(&slab(utf8(&file), &["--force"])).0, 0);
     assert!(read_mesh(&file).is_ok());
     assert_eq!(names(folder.path()), ["slab.msh"]);
+    // A folder is no file, whatever is passed.
+    for more in [&["--force"][..], &[]] {
+        let (code, _, stderr) = run(&slab(utf8(folder.path()), more));
+        assert!(code == 1 && stderr.contains("is a folder; expected the name of a file"), "{stderr}");
+        assert!(!stderr.contains("pass --force"), "{stderr}");
+    }
 }
 
 #[test]
@@ -83,9 +89,13 @@ fn senseless_blocks_are_usage_errors_and_leave_nothing() {
         assert_eq!((code, stdout.as_str()), (2, ""), "{words}");
         assert!(stderr.contains(words), "{words:?} is not in {stderr}");
     }
-    for (size, cells) in
-        [("60x40", "1x1x1"), ("60x40x-1", "1x1x1"), ("60x40x20", "1x0x1"), ("1x1x1", "5000x5000x5000")]
-    {
+    for (size, cells) in [
+        ("60x40", "1x1x1"),
+        ("60x40x-1", "1x1x1"),
+        ("60x40x20", "1x0x1"),
+        ("1x1x1", "5000x5000x5000"),
+        ("150x100x25", "3000x2000x500"),
+    ] {
         let (code, _, _) = run(&["mesh", "block", "--size-mm", size, "--cells", cells, utf8(&file)]);
         assert_eq!(code, 2, "{size} {cells}");
     }
@@ -115,9 +125,4 @@ fn ctrl_c_leaves_nothing() {
     assert_eq!(child.wait().expect("it ends").code(), Some(130));
     assert_eq!(names(folder.path()), [""; 0]);
     assert!(!Path::new(&file).exists());
-}
-
-fn interrupt(process: u32) {
-    let sent = Command::new("kill").args(["-INT", &process.to_string()]).status().expect("kill");
-    assert!(sent.success());
 }

@@ -34,9 +34,11 @@ fn hung(name: &str, force_n: f64, change: impl FnOnce(&mut Recording)) -> TempDi
 fn a_prediction_is_compared_with_what_was_measured() {
     let (light, heavy) = (hung("light", 0.02, |_| {}), hung("heavy", 0.04, |_| {}));
     let (light, heavy) = (utf8(light.path()), utf8(heavy.path()));
-    let (_, stdout, stderr) = run(&["predict", light, "--of", heavy, "--json"]);
+    let (code, stdout, stderr) = run(&["predict", light, "--of", heavy, "--json"]);
     assert_eq!(stderr, "");
     let json: Value = serde_json::from_str(&stdout).expect("JSON");
+    // One recording shows no difference between recordings.
+    assert_eq!((code, &json["one_recording"]), (3, &Value::Bool(true)), "{json}");
     assert_eq!(json["format"], "phantom-prediction/1");
     let modulus = json["young_modulus_pa"]["value"].as_f64().expect("a number");
     let (alone, marker) = (&json["alone"][0], &json["predicted"][0]["markers"][1]);

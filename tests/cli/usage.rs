@@ -24,6 +24,10 @@ fn help_and_version_are_good() {
         &["predict", "--help"],
         &["conceal", "--help"],
         &["prove", "--help"],
+        &["mesh", "--help"],
+        &["experiment", "--help"],
+        &["session", "info", "--help"],
+        &["session", "export", "--help"],
     ] {
         assert!(run(arguments).1.contains("Examples:"), "{arguments:?}");
     }

@@ -126,6 +126,50 @@ fn the_first_thing_is_a_sentence() {
     assert_eq!(sure.map(|d| is_sure(&d)), [true, true, false, false]);
 }
 
+/// What is in no catalogue is said with what it leads to, alone or beside an entry; other programs read that no entry explains it.
+#[test]
+fn what_is_no_entry_is_said_all_the_same() {
+    let recording = synthetic::recording("bench-07");
+    let mut drags = readings::relaxation(&recording);
+    drags.verdict.physics.clear();
+    (drags.verdict.unexplained, drags.verdict.explained_by) = (true, vec![Physics::StickyRestraint]);
+    let parameter = |id, value, sd| Parameter { id, values: vec![Estimate { value, sd }], list: false };
+    drags.parameters = vec![Found {
+        physics: Physics::StickyRestraint,
+        parameters: vec![parameter("stiffness_ratio", 0.75, 0.03), parameter("slip_m", 2.1e-4, 1e-5)],
+        law: None,
+    }];
+    assert_eq!(
+        conclusion(&drags),
+        "Dry friction beside the restraint was left out, which is no entry of the catalogue: the restraint pulls 75 % harder at first, and \
+         slides after 0.21 mm; held-out misfit falls from 14.2 to 1.02; the modulus moves from 10.00 kPa to 8.70 kPa; least sure: the slip \
+         (± 4.8 %)"
+    );
+    assert!(evidence(&drags).ends_with("Confidence 97 %."), "{}", evidence(&drags));
+    assert!(!is_sure(&drags));
+    let json = json_of(&drags);
+    assert_eq!(json["verdict"]["physics"], json!(["unexplained"]));
+    assert_eq!(json["verdict"]["explained_by"], json!(["sticky-restraint"]));
+    assert_eq!(json["parameters"]["sticky-restraint"]["slip_m"]["value"], json!(2.1e-4));
+    let mut both = drags.clone();
+    both.verdict.explained_by.push(Physics::CameraLag);
+    let said = conclusion(&both);
+    assert!(
+        said.starts_with(
+            "Dry friction beside the restraint and a late camera were left out; not all of that are entries of the catalogue: "
+        ),
+        "{said}"
+    );
+    drags.verdict.ambiguous_with = vec![Physics::BandViscosity];
+    let said = conclusion(&drags);
+    assert!(
+        said.contains(
+            "dry friction beside the restraint or relaxation of the restraint may have been left out"
+        ),
+        "{said}"
+    );
+}
+
 /// Every entry of the catalogue can be named, with and without parameters.
 #[test]
 fn two_effects_and_every_entry_make_a_sentence() {

@@ -50,6 +50,7 @@ pub(crate) fn relaxation(recording: &Recording) -> Diagnosis {
         verdict: Verdict {
             physics: vec![Physics::ViscoelasticRelaxation],
             unexplained: false,
+            explained_by: Vec::new(),
             confidence: 0.97,
             ambiguous_with: Vec::new(),
             evidence: Some(Evidence { explained: 0.98, gain: 900.0, margin: 0.4, left: 1.5, effects: 1 }),
@@ -97,6 +98,7 @@ pub(crate) fn set(recording: &Recording) -> Diagnosis {
     diagnosis.verdict = Verdict {
         physics: vec![Physics::Inclusion],
         unexplained: false,
+        explained_by: Vec::new(),
         confidence: 0.62,
         ambiguous_with: vec![Physics::BaseDebonding],
         evidence: None,
@@ -154,6 +156,7 @@ pub(crate) fn nothing(recording: &Recording) -> Diagnosis {
         verdict: Verdict {
             physics: Vec::new(),
             unexplained: false,
+            explained_by: Vec::new(),
             confidence: 0.98,
             ambiguous_with: Vec::new(),
             evidence: None,
@@ -175,6 +178,7 @@ pub(crate) fn unexplained(recording: &Recording) -> Diagnosis {
         verdict: Verdict {
             physics: Vec::new(),
             unexplained: true,
+            explained_by: Vec::new(),
             confidence: f64::NAN,
             ambiguous_with: Vec::new(),
             evidence: None,

@@ -166,6 +166,7 @@ fn a_lens_is_not_taken_for_a_turned_camera() {
     let (_, recording) = recorded(18, vec![Effect::Foreign(Foreign::LensDistortion { per_m: 2.0 })]);
     let diagnosis = until(&recording, 0.5);
     assert!(diagnosis.mismatch.detected && diagnosis.verdict.unexplained, "{:?}", diagnosis.candidates);
+    assert_eq!(diagnosis.verdict.explained_by, [Physics::UnevenScale]);
     let lens = |text: &String| text.contains("calibrate the camera's lens");
     assert!(diagnosis.remarks.iter().any(lens), "{:?}", diagnosis.remarks);
     // What to do is said; no poke is needed for it.
@@ -176,14 +177,18 @@ fn a_lens_is_not_taken_for_a_turned_camera() {
 #[test]
 fn a_restraint_that_drags_is_told_from_one_with_memory() {
     let drags = Foreign::StickyHolds { stiffness_n_per_m: 90.0, yield_n: 0.018 };
-    let (_, recording) = recorded(20, vec![Effect::Foreign(drags)]);
+    let (world, recording) = recorded(20, vec![Effect::Foreign(drags)]);
     let diagnosis = until(&recording, 0.5);
     assert!(diagnosis.mismatch.detected && diagnosis.verdict.unexplained, "{:?}", diagnosis.candidates);
-    let drags = diagnosis.remarks.iter().find(|text| text.contains("mm it slides")).expect("said");
-    let numbers: Vec<f64> = drags.split(' ').filter_map(|word| word.parse().ok()).collect();
+    assert_eq!(diagnosis.verdict.explained_by, [Physics::StickyRestraint]);
     // 90 N/m beside 120, up to 0.018 N.
-    assert_close(numbers[0], 75.0, 0.1);
-    assert_close(numbers[1], 0.20, 0.1);
+    assert_close(parameter(&diagnosis, Physics::StickyRestraint, "stiffness_ratio"), 0.75, 0.1);
+    assert_close(parameter(&diagnosis, Physics::StickyRestraint, "slip_m"), 2e-4, 0.1);
+    assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.02);
+    // One band of a large body is little of what is read.
+    let (before, after) =
+        (diagnosis.baseline.held_out_chi2_per_dof, diagnosis.extended.held_out_chi2_per_dof);
+    assert!(before > after + 0.01, "{before} {after}");
     let term = PronyTerm { relaxed_fraction: 0.4, time_constant_s: 3.0 };
     let (_, diagnosis) = diagnosed(20, vec![Effect::Memory(Memory::BandViscosity { terms: vec![term] })]);
     assert_eq!(diagnosis.verdict.physics, [Physics::BandViscosity], "{:?}", diagnosis.candidates);

@@ -39,6 +39,9 @@ pub(super) fn width(text: &str) -> f64 {
     LETTER_WIDTH * text.chars().count() as f64
 }
 
+/// What every drawing says of itself, near its beginning: by that it is known again.
+pub(super) const MARK: &str = "<desc>a plan of phantom-rig</desc>";
+
 /// What has been drawn so far.
 #[derive(Debug, Default)]
 pub(super) struct Canvas {
@@ -89,7 +92,7 @@ impl Canvas {
         let [w, h] = size;
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w:.0}\" height=\"{h:.0}\" viewBox=\"0 0 {w:.0} {h:.0}\" \
-             font-family=\"sans-serif\" font-size=\"{LETTER}\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{}</svg>\n",
+             font-family=\"sans-serif\" font-size=\"{LETTER}\">\n{MARK}\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{}</svg>\n",
             self.body
         )
     }

@@ -1,7 +1,7 @@
 //! A plan as a drawing (SVG), for paper: the plane of motion from the side, and depth over time.
 
 use super::bench::Bench;
-use super::canvas::{Anchor, Canvas, LETTER};
+use super::canvas::{Anchor, Canvas, LETTER, MARK};
 use super::motions::Plan;
 use super::{side_view, strip};
 
@@ -27,5 +27,10 @@ impl Plan {
         y = side_view::draw(&mut canvas, self, bench, y, left, right);
         y = strip::draw(&mut canvas, self, bench, y, left, right);
         canvas.finish([WIDTH, y])
+    }
+
+    /// Whether the first bytes of a file, some hundreds at least, are those of a drawing that this program made.
+    pub fn is_drawing(beginning: &[u8]) -> bool {
+        beginning.starts_with(b"<svg ") && beginning.windows(MARK.len()).any(|part| part == MARK.as_bytes())
     }
 }

@@ -1,6 +1,7 @@
 //! Do the motions go where they should, when they should?
 
 use super::fixture::{START_M, bench, plan, poke};
+use super::motions::BEFORE_S;
 use super::*;
 use crate::acquire::protocol::{Protocol, from_poke};
 
@@ -47,7 +48,7 @@ fn durations_are_closed_forms() {
     let contact = step.contact.expect("a contact");
     assert!(near(contact.start_s, travel + 2.0 + approach + 0.5 + 0.005));
     assert!(near(contact.end_s, expected[..6].iter().sum::<f64>() - 1.0 / 4.0 - 0.01));
-    let bytes = (36_000.0 + 2000.0 + 79_200.0) * plan.duration_s;
+    let bytes = (36_000.0 + 2000.0 + 79_200.0) * (plan.duration_s + BEFORE_S);
     assert!((plan.data_bytes() / bytes - 1.0).abs() < 1e-12);
 }
 
@@ -195,6 +196,9 @@ fn the_examples_can_be_run_and_drawn() {
         assert_eq!(table.lines().count(), steps.len() + 4, "title, recording, blank, head");
         let drawing = plan.drawing(&bench());
         assert!(drawing.starts_with("<svg") && drawing.contains("depth (mm)") && !drawing.contains("NaN"));
+        assert!(
+            Plan::is_drawing(&drawing.as_bytes()[..1024]) && !Plan::is_drawing(b"<svg xmlns=\"\"></svg>")
+        );
         let rest = from_poke(&steps, 3).expect("there is one");
         let rest = Plan::new(protocol.name(), rest, &bench(), [0.05, 0.01]);
         assert_eq!(rest.steps[0].step.poke, Some(3));

@@ -9,6 +9,31 @@ pub enum BandError {
     /// The table lacks a column, or its unit is not known.
     #[error(transparent)]
     Table(#[from] ExportError),
+    /// Bent or pressed, not pulled.
+    #[error(
+        "{place}: the specimen was not pulled but {how}, as the export says: a band's stiffness needs a pull"
+    )]
+    NotPulled {
+        /// File and line.
+        place: String,
+        /// What was done.
+        how: &'static str,
+    },
+    /// A slack in which the table carries load.
+    #[error(
+        "{label}: a line through the loading is slack up to {:.2} mm, where the table carries up to {carried:.2} N of {top:.2} N already: \
+         this is no band that is pulled", 1e3 * slack_m
+    )]
+    LoadedSlack {
+        /// Which band.
+        label: String,
+        /// Where the line begins to pull (m).
+        slack_m: f64,
+        /// Greatest force before that, less the tare (N).
+        carried: f64,
+        /// Greatest force of the loading, less the tare (N).
+        top: f64,
+    },
     /// Never stretched.
     #[error("{place}: no branch of {needed} rows in one direction: nothing was stretched")]
     NoBranch {

@@ -16,6 +16,8 @@ const BETTER: f64 = 0.9;
 const EXACT: f64 = 1e-6;
 /// How much the slopes of both ways must differ for it to be said that the rubber remembers.
 const REMEMBERS: f64 = 0.01;
+/// Share of the greatest force that rows in the slack carry at most: what a corner that is rounded hides of a straight line.
+const LOADED: f64 = 0.1;
 /// Steps in which the extension of a pull is looked for.
 const STEPS: usize = 2_000;
 
@@ -62,6 +64,8 @@ pub struct Stiffness {
     pub interval_90: [f64; 2],
     /// The pull (N).
     pub pretension_n: f64,
+    /// Pull at which the loading begins (N), where the one asked for lies below: the slope is that at the beginning.
+    pub begins_at_n: Option<f64>,
     /// Bands side by side.
     pub parallel: u32,
     /// Bends with what they missed in unseen blocks (N).
@@ -84,7 +88,7 @@ impl Stiffness {
 /// Estimates.
 ///
 /// # Errors
-/// [`BandError`]: nothing stretched, a pull outside of what was measured, no answer.
+/// [`BandError`]: nothing stretched, a pull beyond what was measured, load in what seems slack, no answer.
 pub fn estimate(stretching: &Stretching, settings: &Settings) -> Result<Stiffness, BandError> {
     if settings.parallel == 0 {
         return Err(BandError::Count { count: settings.parallel });
@@ -108,6 +112,10 @@ pub fn estimate(stretching: &Stretching, settings: &Settings) -> Result<Stiffnes
     let (bend, _) = best.ok_or_else(no_model)?;
     let main = Line::fit(bend, &points).ok_or_else(no_model)?;
     let top = points.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max) - main.tare_n;
+    let carried = carried(&main, &points);
+    if carried > LOADED * top {
+        return Err(BandError::LoadedSlack { label, slack_m: main.slack_m, carried, top });
+    }
     let pull = settings.pretension_n.unwrap_or(0.5 * top);
     if !(pull > 0.0 && pull <= top) {
         return Err(BandError::Pretension { label, wanted: pull, low: 0.0, high: top });
@@ -149,6 +157,14 @@ pub fn estimate(stretching: &Stretching, settings: &Settings) -> Result<Stiffnes
                 .to_owned(),
         );
     }
+    // Of a band that hangs slack at first every pull is measured.
+    let begins = points[0].1 - main.tare_n;
+    let begins_at_n = (main.slack_m <= points[0].0 && begins > pull).then_some(begins);
+    if let Some(begins) = begins_at_n {
+        remarks.push(format!(
+            "a pull of {pull:.2} N was not measured: the loading begins at {begins:.2} N, and the slope is that there; begin with a slack band"
+        ));
+    }
     if let Some(back) = back {
         let remembers = (back / slope - 1.0).abs() > REMEMBERS;
         let why = if remembers { ": the rubber remembers" } else { ", as on the way out" };
@@ -162,12 +178,25 @@ pub fn estimate(stretching: &Stretching, settings: &Settings) -> Result<Stiffnes
         sd_n_per_m: sd,
         interval_90: [slope - Z95 * sd, slope + Z95 * sd],
         pretension_n: pull,
+        begins_at_n,
         parallel: settings.parallel,
         tried,
         branches,
         chosen,
         remarks,
     })
+}
+
+/// Greatest force over the tare in what the line calls slack (N): the middle one of three rows, so that one that stands out alone is none.
+fn carried(line: &Line, points: &[(f64, f64)]) -> f64 {
+    let slack: Vec<f64> =
+        points.iter().filter(|p| p.0 < line.slack_m).map(|p| (p.1 - line.tare_n).abs()).collect();
+    let middle = |three: &[f64]| {
+        let mut sorted = three.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted[1]
+    };
+    slack.windows(3).map(middle).fold(0.0, f64::max)
 }
 
 /// Root mean square of blocks predicted from the rest (N). The lowest and the highest are never left out: they would be extrapolated.

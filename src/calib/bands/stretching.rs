@@ -1,7 +1,7 @@
 //! A band's test, cut where it turns round.
 
 use super::BandError;
-use crate::calib::export::{Place, Quantity, Table};
+use crate::calib::export::{Loading, Place, Quantity, Table};
 use crate::calib::slip::slip;
 use std::cmp::Ordering;
 
@@ -42,8 +42,16 @@ impl Stretching {
     /// From a table with extension and force.
     ///
     /// # Errors
-    /// [`BandError`]: columns that are missing or without a unit, nothing stretched, a slip.
+    /// [`BandError`]: another way of loading, columns that are missing or without a unit, nothing stretched, a slip.
     pub fn from_table(table: &Table) -> Result<Self, BandError> {
+        let how = match table.loading {
+            Some(Loading::Flexure) => Some("bent"),
+            Some(Loading::Compression) => Some("pressed"),
+            _ => None,
+        };
+        if let Some(how) = how {
+            return Err(BandError::NotPulled { place: table.place.to_string(), how });
+        }
         let series = table.series(&[Quantity::Extension, Quantity::Force])?;
         let stem = table.place.origin.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let label = if table.label.is_empty() { stem } else { format!("{stem} {}", table.label) };

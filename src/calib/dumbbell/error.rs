@@ -2,6 +2,7 @@
 
 use crate::calib::export::ExportError;
 use crate::calib::regression::RegressionError;
+use crate::units::counted;
 use std::path::PathBuf;
 
 /// What is wrong.
@@ -41,7 +42,7 @@ pub enum DumbbellError {
         key: &'static str,
     },
     /// Too few rows inside the strain window.
-    #[error("{label}: {rows} rows between strains {low} and {high}; at least {needed} are needed")]
+    #[error("{label}: {} between strains {low} and {high}; at least {needed} are needed", counted(*rows, "row", "rows"))]
     Window {
         /// Which specimen.
         label: String,

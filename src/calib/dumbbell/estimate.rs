@@ -9,6 +9,7 @@ use super::evidence::{Points, Score, Start, choose, fit_one, median};
 use super::interval::{Budget, Tolerances};
 use super::pull::Pull;
 use crate::calib::coverage::uniform;
+use crate::units::pascals;
 
 /// Rows that a window must have.
 const LEAST_ROWS: usize = 8;
@@ -49,6 +50,8 @@ pub struct OfOne {
     pub parameters: Vec<f64>,
     /// Rows that were fitted.
     pub rows: Vec<usize>,
+    /// Lowest and highest strain of the pull inside the window, the toe too.
+    pub reach: [f64; 2],
     /// Root mean square of what is left (Pa).
     pub left_pa: f64,
 }
@@ -80,21 +83,48 @@ const MIXED: f64 = 0.25;
 const APART: f64 = 0.15;
 const APART_SIGMAS: f64 = 5.0;
 
+/// Share of a window beyond a pull's end that is said: a row or two are missing at the end of any. And the share that makes it another window.
+const TOLD_EMPTY: f64 = 0.02;
+const MOST_EMPTY: f64 = 0.1;
+
 impl Modulus {
     /// Why these are not specimens of one material; none where they may be.
     pub fn is_mixed(&self) -> Option<String> {
         let moduli: Vec<f64> = self.specimens.iter().map(|s| s.modulus_pa).collect();
         let scatter = sd(&moduli) / self.modulus_pa;
-        let kpa = |of: fn(f64, f64) -> f64| 1e-3 * moduli.iter().copied().reduce(of).unwrap_or(f64::NAN);
+        let of = |of: fn(f64, f64) -> f64| pascals(moduli.iter().copied().reduce(of).unwrap_or(f64::NAN));
         (moduli.len() > 1 && scatter > MIXED).then(|| {
             format!(
-                "not one material: moduli from {:.1} to {:.1} kPa scatter by {:.0} %, no batch by more than {:.0} %",
-                kpa(f64::min),
-                kpa(f64::max),
+                "not one material: moduli from {} to {} scatter by {:.0} %, no batch by more than {:.0} %",
+                of(f64::min),
+                of(f64::max),
                 100.0 * scatter,
                 100.0 * MIXED
             )
         })
+    }
+
+    /// Specimens whose pull ends before the window does, as sentences.
+    pub fn short(&self, window: [f64; 2]) -> Vec<String> {
+        let short = self.specimens.iter().filter(|s| s.empty(window) > TOLD_EMPTY);
+        let say = |s: &OfOne| {
+            let [low, high, to] = [window[0], window[1], s.reach[1]].map(figure);
+            format!(
+                "{}: strains of {low} to {high} were asked for, and the pull ends at {to}: it is fitted up to there",
+                s.label
+            )
+        };
+        short.map(say).collect()
+    }
+
+    /// Whether so much of the window is empty that the modulus is one of other strains than were asked for.
+    pub fn is_short(&self, window: [f64; 2]) -> bool {
+        self.specimens.iter().any(|s| s.empty(window) > MOST_EMPTY)
+    }
+
+    /// The window up to where every pull reaches.
+    pub fn reached(&self, [low, high]: [f64; 2]) -> [f64; 2] {
+        [low, self.specimens.iter().map(|s| s.reach[1]).fold(high, f64::min)]
     }
 
     /// Specimens that lie apart from all others, as sentences: of at least four, so that three tell their scatter.
@@ -116,6 +146,18 @@ impl Modulus {
         };
         (0..self.specimens.len()).filter_map(say).collect()
     }
+}
+
+impl OfOne {
+    /// Share of the window that lies beyond the pull's end. Where a pull begins is the file's beginning, which every file has.
+    fn empty(&self, [low, high]: [f64; 2]) -> f64 {
+        (high - self.reach[1]) / (high - low)
+    }
+}
+
+/// A strain with three digits that count.
+fn figure(strain: f64) -> f64 {
+    format!("{strain:.2e}").parse().unwrap_or(strain)
 }
 
 /// Standard deviation of values about their mean; zero of fewer than two.
@@ -155,6 +197,7 @@ pub fn estimate(pulls: &[Pull], settings: &Settings) -> Result<Modulus, Dumbbell
             left_pa: scale * (found.squares / found.values as f64).sqrt(),
             parameters: found.parameters,
             rows: rows.clone(),
+            reach: reach(pull, settings.window),
         });
     }
     let moduli: Vec<f64> = specimens.iter().map(|s| s.modulus_pa).collect();
@@ -170,6 +213,12 @@ pub fn estimate(pulls: &[Pull], settings: &Settings) -> Result<Modulus, Dumbbell
         remarks: remarks(pulls, settings),
         specimens,
     })
+}
+
+/// Lowest and highest strain of a pull inside the window.
+fn reach(pull: &Pull, [low, high]: [f64; 2]) -> [f64; 2] {
+    let strains = pull.window(low, high).into_iter().map(|row| pull.strain[row]);
+    strains.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], e| [l.min(e), h.max(e)])
 }
 
 /// Rows of the window from where the stress stays above the preload.

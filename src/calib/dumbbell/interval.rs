@@ -75,9 +75,9 @@ impl Budget {
         Self { width, thickness, gauge_length, load_cell, start, fit, scatter, total, freedom }
     }
 
-    /// 90 % interval about a value.
+    /// 90 % interval about a value, which is not negative.
     pub(super) fn interval(&self, value: f64) -> [f64; 2] {
         let half = half_90(self.freedom) * self.total * value;
-        [value - half, value + half]
+        [(value - half).max(0.0), value + half]
     }
 }

@@ -43,7 +43,7 @@ impl fmt::Display for Place {
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// The file or folder cannot be read at all.
-    #[error("{}: {source}", file.display())]
+    #[error("{}: can't be read", file.display())]
     Read {
         /// The file.
         file: PathBuf,

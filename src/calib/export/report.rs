@@ -35,6 +35,16 @@ fn write_table(f: &mut fmt::Formatter<'_>, table: &Table) -> fmt::Result {
     Ok(())
 }
 
+/// Seven digits that count; a power of ten only where zeros would hide them.
+fn figure(value: f64) -> String {
+    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
+    if rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
+    }
+}
+
 fn said(column: &Column) -> String {
     if column.printed.is_empty() {
         return format!("{}, no numbers", column.quantity);
@@ -49,7 +59,7 @@ fn said(column: &Column) -> String {
     let range = |values: &[f64], unit: &str| {
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        format!("{least:.6e} to {most:.6e} {unit}")
+        format!("{} to {} {unit}", figure(least), figure(most))
     };
     match (&column.unit, column.si()) {
         (UnitRead::Known(unit, source), Some(si)) => {
@@ -67,5 +77,25 @@ fn said(column: &Column) -> String {
             format!("{text}, {why}: {} as printed", range(&column.printed, ""))
         }
         (UnitRead::Known(unit, _), None) => format!("{text}, {}", unit.name),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::figure;
+
+    #[test]
+    fn numbers_are_written_as_people_do() {
+        let cases = [
+            (0.2, "0.2"),
+            (75.2, "75.2"),
+            (0.0, "0"),
+            (-1.0 / 3.0, "-0.3333333"),
+            (1.5e-5, "1.5e-5"),
+            (2e9, "2e9"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(figure(value), text);
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Why an instrument could not be calibrated, with the place in its table.
 
+use crate::units::counted;
 use std::path::PathBuf;
 
 /// What is wrong with a table, or with what it says.
@@ -22,7 +23,7 @@ pub enum InstrumentError {
         why: String,
     },
     /// Too few rows for anything.
-    #[error("{}: {found} rows below the headings; at least {needed} are needed", file.display())]
+    #[error("{}: {} below the headings; at least {needed} are needed", file.display(), counted(*found, "row", "rows"))]
     TooFewRows {
         /// The file.
         file: PathBuf,
@@ -102,6 +103,19 @@ pub enum InstrumentError {
         file: PathBuf,
         /// What is missing or doubled.
         why: String,
+    },
+    /// A press that does not begin before contact.
+    #[error(
+        "{}: the press begins in contact: over its first rows the force rises by {rise_n:.2} N already, {:.0} N/mm later on; begin some steps \
+         before the tip touches", file.display(), 1e-3 * slope_n_per_m
+    )]
+    InContact {
+        /// The file.
+        file: PathBuf,
+        /// Rise of the force over the first rows (N).
+        rise_n: f64,
+        /// Slope in contact (N/m).
+        slope_n_per_m: f64,
     },
     /// A calibration file that is none.
     #[error("{}: {why}", file.display())]

@@ -56,7 +56,8 @@ pub(super) fn generalised(x: &DMatrix<f64>, y: &DVector<f64>, shared: &[DVector<
     Some(scaled(found, high.exp(), 1.0))
 }
 
-fn solve(x: &DMatrix<f64>, y: &DVector<f64>, inverse: &DMatrix<f64>) -> Option<Estimate> {
+/// β̂ and its covariance for the inverse of V.
+pub(super) fn solve(x: &DMatrix<f64>, y: &DVector<f64>, inverse: &DMatrix<f64>) -> Option<Estimate> {
     let weighted = x.transpose() * inverse;
     let covariance = (&weighted * x).cholesky()?.inverse();
     let beta = &covariance * (&weighted * y);

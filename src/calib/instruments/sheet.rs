@@ -189,7 +189,7 @@ mod tests {
         for (text, words) in [
             ("", "the file is empty"),
             (" \n\n", "the file is empty"),
-            ("a,b\n1,2\n", "1 rows below the headings; at least 2"),
+            ("a,b\n1,2\n", "1 row below the headings; at least 2"),
             ("a,b\n1,2\n1,2,3\n", "line: 3"),
         ] {
             let error = sheet(text).err().expect(words).to_string();

@@ -1,5 +1,7 @@
 //! Why a lens was not calibrated.
 
+use crate::units::counted;
+
 /// Why a board was not found, or a lens not calibrated. Pictures and points are counted from 0.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LensError {
@@ -43,7 +45,7 @@ pub enum LensError {
         ways: usize,
     },
     /// Fewer pictures than the unknowns need.
-    #[error("{found} pictures of the board; at least {needed} are needed, tilted in different directions")]
+    #[error("{} of the board; at least {needed} are needed, tilted in different directions", counted(*found, "picture", "pictures"))]
     TooFewPictures {
         /// How many there are.
         found: usize,
@@ -51,7 +53,7 @@ pub enum LensError {
         needed: usize,
     },
     /// Fewer points than unknowns.
-    #[error("{found} points in all pictures; at least {needed} are needed for so many pictures")]
+    #[error("{} in all pictures; at least {needed} are needed for so many pictures", counted(*found, "point", "points"))]
     TooFewPoints {
         /// How many there are.
         found: usize,

@@ -1,5 +1,6 @@
 //! What a person should know before trusting a camera, with the numbers that say so.
 
+use crate::units::counted;
 use std::fmt;
 
 /// Something that the pictures leave open, or that does not fit. Pictures are counted from 0; in sentences from 1.
@@ -61,7 +62,8 @@ impl fmt::Display for Finding {
         match *self {
             Self::FewPictures { found, needed } => write!(
                 f,
-                "{found} pictures are too few for holding half of them out, which takes {needed}: nothing tells whether the camera holds for others"
+                "{} too few for holding half of them out, which takes {needed}: nothing tells whether the camera holds for others",
+                counted(found, "picture is", "pictures are")
             ),
             Self::FocalLength { focal_px, sd_px, turned_rad } => write!(
                 f,

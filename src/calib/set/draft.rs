@@ -8,7 +8,7 @@ use crate::calib::lens::LensFile;
 use crate::calib::reference::ReferenceValue;
 use crate::calib::{Day, RegistrationFile};
 use crate::digest::sha256_hex;
-use crate::units::with_sd;
+use crate::units::{counted, with_sd};
 use std::path::{Path, PathBuf};
 
 /// What a set is to hold. Files are named from the folder in which the set will lie.
@@ -30,12 +30,22 @@ pub struct Draft {
     pub references: Vec<PathBuf>,
 }
 
+/// The text of a set.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Drafted {
+    /// The text.
+    pub text: String,
+    /// What the calibrations say against themselves and are taken with, as sentences with the file's name.
+    pub remarks: Vec<String>,
+}
+
 impl Draft {
     /// The text of the set, which is to lie in `folder`. Every file is read, so that a set names nothing that is none.
     ///
     /// # Errors
-    /// [`SetError`]: a file that is missing or holds no calibration.
-    pub fn text(&self, folder: &Path) -> Result<String, SetError> {
+    /// [`SetError`]: a file that is missing, holds no calibration, or one that cannot be.
+    pub fn text(&self, folder: &Path) -> Result<Drafted, SetError> {
+        let mut remarks = Vec::new();
         let mut keys = Keys::new(self.name.clone(), self.valid);
         let part = |name: &PathBuf| -> Result<(PathBuf, String, Part), SetError> {
             let place = folder.join(name);
@@ -46,6 +56,8 @@ impl Draft {
         if let Some(name) = &self.force {
             let (place, text, mut part) = part(name)?;
             let force = ForceFile::parse(&place, &text)?;
+            refuse(&place, force.doubts())?;
+            remarks.extend(contradicted(name, &force.table, &force.misfits));
             let gain = |i: usize| with_sd(force.correction[i][i], force.correction_sd[i][i], 1.0, "");
             part.says = format!(
                 "force gains put right by {}, {}, {} up to {:.2} N",
@@ -60,6 +72,10 @@ impl Draft {
         if let Some(name) = &self.stage {
             let (place, text, mut part) = part(name)?;
             let stage = StageFile::parse(&place, &text)?;
+            refuse(&place, stage.doubts())?;
+            let table = stage.tables.first().map_or("its table", |[name, _]| name);
+            let misfits: Vec<u64> = stage.axis.iter().flat_map(|a| a.misfits.iter().copied()).collect();
+            remarks.extend(contradicted(name, table, &misfits));
             let axis = |a: &crate::calib::instruments::stage::AxisFile| {
                 let backlash = with_sd(a.backlash_m[0], a.backlash_m[1], 1e6, "µm");
                 format!(
@@ -84,7 +100,7 @@ impl Draft {
             let (place, text, mut part) = part(name)?;
             let read = RegistrationFile::parse(&text);
             let read = read.map_err(|source| SetError::Registration { file: place, source })?;
-            part.says = format!("{} points, {:.3} mm left", read.points, read.rms_mm);
+            part.says = format!("{}, {:.3} mm left", counted(read.points, "point", "points"), read.rms_mm);
             keys.registration = Some(part);
         }
         for name in &self.references {
@@ -95,6 +111,26 @@ impl Draft {
             part.says = format!("{}: {} {figure}", value.name, value.quantity.name());
             keys.reference.push(part);
         }
-        toml::to_string(&keys).map_err(|error| SetError::Write { why: error.to_string() })
+        let text = toml::to_string(&keys).map_err(|error| SetError::Write { why: error.to_string() })?;
+        Ok(Drafted { text, remarks })
     }
+}
+
+/// Refuses a calibration that something speaks against.
+fn refuse(file: &Path, doubts: Vec<String>) -> Result<(), SetError> {
+    match doubts.into_iter().next() {
+        Some(why) => Err(SetError::Implausible { file: file.to_owned(), why }),
+        None => Ok(()),
+    }
+}
+
+/// That rows are in a calibration though the others contradict them.
+fn contradicted(file: &Path, table: &str, lines: &[u64]) -> Option<String> {
+    let list = lines.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
+    let (line, rows) = if lines.len() == 1 { ("line", "it is") } else { ("lines", "they are") };
+    let text = format!(
+        "{}: the other rows contradict {line} {list} of {table}, and {rows} in the result",
+        file.display()
+    );
+    (!lines.is_empty()).then_some(text)
 }

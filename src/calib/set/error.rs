@@ -62,6 +62,14 @@ pub enum SetError {
         /// What is wrong with it.
         source: CalibError,
     },
+    /// A calibration that cannot be: its own maker, or its numbers, say so.
+    #[error("{}: {why}; no set takes it: put its table right and calibrate again", file.display())]
+    Implausible {
+        /// The file.
+        file: PathBuf,
+        /// What speaks against it.
+        why: String,
+    },
     /// It cannot be written.
     #[error("the set cannot be written as TOML: {why}")]
     Write {

@@ -10,6 +10,6 @@ mod draft;
 mod error;
 mod file;
 
-pub use draft::Draft;
+pub use draft::{Draft, Drafted};
 pub use error::SetError;
 pub use file::{CalibrationSet, Doubt, Part};

@@ -10,18 +10,19 @@ use crate::calib::coupon::{Name, Specimen};
 use crate::calib::reference::{Figure, ReferenceQuantity, ReferenceValue, Validity};
 use crate::cli::{Context, Exit, Outcome, UsageError};
 use crate::report::{Curve, SpecimenTable, specimen_page};
-use crate::units::with_sd;
+use crate::units::{counted, with_sd};
 use clap::Args;
 use serde_json::json;
 
 /// Finds the stiffness of rubber bands: slack, slope, hysteresis, what cycles change, and the slope at the pull on the rig.
 ///
 /// Straight, with a knee, or curved: by evidence on parts that a fit did not see. Writes bands.html, bands.json and bands.toml, the reference value;
-/// none of a test that slipped, saturated, or contradicts itself. Exit code 3: something is named that does not belong to the material.
+/// none of a test that slipped, saturated, or contradicts itself. Exit code 3: something is named that does not belong to the material, or the
+/// pull lies below where the loading begins.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  phantom-rig calibrate bands raw/band.csv --pretension-n 1.5 --out calibration/band
-  phantom-rig calibrate bands raw/four-bands.csv --parallel 4 --pretension-n 6 --out calibration/bands")]
+  phantom-rig calibrate bands calibration/raw/band.csv --pretension-n 1.5 --out calibration/band
+  phantom-rig calibrate bands calibration/raw/four-bands.csv --parallel 4 --pretension-n 6 --out calibration/bands")]
 pub(in crate::cli) struct BandsArguments {
     #[command(flatten)]
     read: SpecimenArguments,
@@ -29,15 +30,20 @@ pub(in crate::cli) struct BandsArguments {
     #[arg(long, value_name = "N")]
     pretension_n: Option<f64>,
     /// Bands side by side in the machine
-    #[arg(long, value_name = "COUNT", default_value_t = 1)]
+    #[arg(long, value_name = "COUNT", default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..))]
     parallel: u32,
 }
 
 pub(super) fn run(arguments: &BandsArguments, _: &Context) -> anyhow::Result<Outcome> {
+    if let Some(pull) = arguments.pretension_n.filter(|pull| !(pull.is_finite() && *pull > 0.0)) {
+        return Err(UsageError(format!("--pretension-n {pull}: expected more than 0")).into());
+    }
     let exports = read(&arguments.read)?;
     let all = tables(&exports);
     let [table] = all[..] else {
-        return Err(UsageError(format!("{} tables; one test of bands at a time", all.len())).into());
+        let count = counted(all.len(), "table", "tables");
+        return Err(UsageError(format!("{count}; one test of bands at a time")).into());
     };
     let stretching = Stretching::from_table(table)?;
     let settings = Settings {
@@ -55,14 +61,15 @@ pub(super) fn run(arguments: &BandsArguments, _: &Context) -> anyhow::Result<Out
     let contradictions = contradictions(&exports);
     // The procedure asks for a band that hangs slack at first.
     let doubtful = faults.iter().any(|f| !f.is_material() && f.name != Name::Slack);
-    let degraded = doubtful || !contradictions.is_empty();
+    let degraded = doubtful || !contradictions.is_empty() || found.begins_at_n.is_some();
     let withheld = withheld(&contradictions, &faults.iter().collect::<Vec<_>>());
     remarks.extend(wrong.into_iter().chain(contradictions).chain(warmed(&exports)).chain(withheld.clone()));
     let line = &found.branches[found.chosen].line;
     let sentence = format!(
-        "{} at a pull of {:.2} N, {} ({})",
+        "{} at a pull of {:.2} N{}, {} ({})",
         with_sd(found.stiffness_n_per_m, found.sd_n_per_m, 1.0, "N/m"),
         found.pretension_n,
+        of_one(&found),
         slack(line, &stretching),
         line.bend.words()
     );
@@ -102,6 +109,7 @@ pub(super) fn run(arguments: &BandsArguments, _: &Context) -> anyhow::Result<Out
         "of_one_n_per_m": found.of_one_n_per_m(),
         "parallel": found.parallel,
         "pretension_n": found.pretension_n,
+        "begins_at_n": found.begins_at_n,
         "slack_m": line.slack_m,
         "slack_sd_m": line.slack_sd_m,
         "knee_m": line.knee_m,
@@ -134,6 +142,16 @@ pub(super) fn run(arguments: &BandsArguments, _: &Context) -> anyhow::Result<Out
     write(&read.out, read.force, "bands", &page, &json, &reference)?;
     let text = noted(&sentence, &remarks) + &written(&read.out, "bands", !reference.is_empty());
     Ok(Outcome { exit: if degraded { Exit::Degraded } else { Exit::Good }, text, json })
+}
+
+/// What one of several bands has.
+fn of_one(found: &Stiffness) -> String {
+    if found.parallel == 1 {
+        return String::new();
+    }
+    let sd = found.sd_n_per_m / f64::from(found.parallel);
+    let one = with_sd(found.of_one_n_per_m(), sd, 1.0, "N/m");
+    format!(" of {} bands together, {one} each", found.parallel)
 }
 
 /// The slack, if rows lie in it.

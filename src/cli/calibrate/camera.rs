@@ -1,12 +1,14 @@
 //! `calibrate camera`: what the camera's lens does, from pictures of a flat board.
 
 use super::board_pictures::{BoardPicture, board_pictures};
+use super::instrument::next_in_rig;
 use crate::calib::lens::{
-    Board, BoardKind, Distortion, Finding, LeftOut, LensFile, LensFound, calibrate_lens_with,
+    Board, BoardKind, Distortion, Finding, LeftOut, LensError, LensFile, LensFound, calibrate_lens_with,
 };
 use crate::cli::{Context, Exit, Outcome, StagedFile, UsageError};
 use crate::report::{MarkedDot, strip};
 use crate::session::utc_text;
+use crate::units::counted;
 use anyhow::Context as _;
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -73,17 +75,20 @@ pub(super) fn run(arguments: &CameraArguments, context: &Context) -> anyhow::Res
     let overlay =
         arguments.overlay.as_ref().map(|file| StagedFile::new(file, arguments.force)).transpose()?;
     let pictures = board_pictures(&arguments.pictures, &board, context)?;
-    let mut text = String::new();
-    for (name, why) in &pictures.without {
-        text += &format!("left out: {name}: {why}\n");
-    }
+    let mut text = without_board(&pictures.without);
     let Some(first) = pictures.with.first() else {
-        anyhow::bail!("{text}no picture shows the board of {board}");
+        let other = match board.kind {
+            BoardKind::Dots { .. } => "--board checkerboard, with the numbers of its inner corners",
+            BoardKind::Checkerboard => "--board dots, with --radius-mm",
+        };
+        anyhow::bail!(
+            "{text}no picture shows the board of {board}; does it show the other kind? Then {other}"
+        );
     };
     let views: Vec<_> = pictures.with.iter().map(|picture| picture.view.clone()).collect();
     let distortion = if arguments.k3 { Distortion::WithK3 } else { Distortion::FourTerms };
     let found = calibrate_lens_with(&views, &board, first.size_px, distortion)
-        .with_context(|| format!("{text}{} pictures of {board}", views.len()))?;
+        .with_context(|| format!("{text}{} of {board}", counted(views.len(), "picture", "pictures")))?;
     let file = LensFile::new(&found, &board, utc_text(SystemTime::now()), arguments.note.clone());
     let out = arguments.out.display();
     std::fs::write(staged.path(), file.text()?).with_context(|| format!("{out}: can't be written"))?;
@@ -101,7 +106,7 @@ pub(super) fn run(arguments: &CameraArguments, context: &Context) -> anyhow::Res
     for remark in &remarks {
         text += &format!("\nnote: {remark}");
     }
-    text += &format!("\nNext: lens = \"{out}\" under [camera] of the rig file");
+    text += &next_in_rig("camera", "lens", &arguments.out);
     let json = json!({
         "format": "phantom-lens-result/1",
         "file": arguments.out,
@@ -149,8 +154,39 @@ fn board(arguments: &CameraArguments) -> anyhow::Result<Board> {
     };
     let (columns, rows, pitch_m) = (arguments.columns, arguments.rows, arguments.pitch_mm * 1e-3);
     let board = Board { kind, columns, rows, pitch_m };
-    board.check().map_err(|error| UsageError(error.to_string()))?;
+    board.check().map_err(|error| UsageError(in_options(arguments, &error)))?;
     Ok(board)
+}
+
+/// What is wrong with a board, by the option and in its unit.
+fn in_options(arguments: &CameraArguments, error: &LensError) -> String {
+    let LensError::Board { name, value, expected } = error else { return error.to_string() };
+    match *name {
+        "pitch_m" => format!("--pitch-mm {}: expected {expected}", arguments.pitch_mm),
+        "radius_m" => format!(
+            "--radius-mm {}: expected {expected}, --pitch-mm {}",
+            arguments.radius_mm.unwrap_or(1e3 * value),
+            arguments.pitch_mm
+        ),
+        _ => error.to_string(),
+    }
+}
+
+/// Pictures that show no board, a line for each reason: those in which too few points were found share one.
+fn without_board(pictures: &[(String, LensError)]) -> String {
+    let (partial, others): (Vec<_>, Vec<_>) =
+        pictures.iter().partition(|(_, why)| matches!(why, LensError::Partial { .. }));
+    let count = |why: &LensError| if let LensError::Partial { found, .. } = why { *found } else { 0 };
+    let most = partial.iter().max_by_key(|(_, why)| count(why));
+    let mut text: String = others.iter().map(|(name, why)| format!("left out: {name}: {why}\n")).collect();
+    match (&partial[..], most) {
+        ([(name, why)], _) => text += &format!("left out: {name}: {why}\n"),
+        ([(first, _), .., (last, _)], Some((_, why))) => {
+            text += &format!("left out: {} pictures, {first} … {last}: at best {why}\n", partial.len());
+        }
+        _ => {}
+    }
+    text
 }
 
 /// The figures, a line each.
@@ -159,10 +195,10 @@ fn said(found: &LensFound, board: &Board) -> String {
     let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = found.deviations();
     let ([k_1, k_2, k_3], [p_1, p_2]) = (camera.radial, camera.tangential);
     let mut text = format!(
-        "{} pictures of {board}, {} × {} pixels\n\
+        "{} of {board}, {} × {} pixels\n\
          focal length {:.2} ± {fx:.2} and {:.2} ± {fy:.2} px; principal point ({:.2} ± {cx:.2}, {:.2} ± {cy:.2}) px\n\
          k1 {k_1:.5} ± {k1:.5}, k2 {k_2:.4} ± {k2:.4}, p1 {p_1:.6} ± {p1:.6}, p2 {p_2:.6} ± {p2:.6}",
-        found.pictures.len(),
+        counted(found.pictures.len(), "picture", "pictures"),
         camera.size_px[0],
         camera.size_px[1],
         camera.focal_px[0],
@@ -190,9 +226,10 @@ fn without_points(found: &LensFound, left_out: &LeftOut) -> String {
     let [fx, fy] = [0, 1].map(|k| camera.focal_px[k] - before.focal_px[k]);
     let [cx, cy] = [0, 1].map(|k| camera.principal_px[k] - before.principal_px[k]);
     format!(
-        "\nfound without {} points that are not where they should be: that changed the focal lengths by {fx:+.2} and {fy:+.2} px, \
+        "\nfound without {} not where they should be: that changed the focal lengths by {fx:+.2} and {fy:+.2} px, \
          the principal point by ({cx:+.2}, {cy:+.2}) px, and moved rays by up to {:.3} px",
-        left_out.points, left_out.moved_px
+        counted(left_out.points, "point that is", "points that are"),
+        left_out.moved_px
     )
 }
 

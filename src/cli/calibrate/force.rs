@@ -4,7 +4,7 @@ use super::instrument::{KeptArguments, day, hashed, noted, write};
 use crate::calib::instruments::force::{
     COMPONENTS, Drift, DriftLog, ForceFile, ForceFound, Frame, Known, Weights, calibrate_force, drift,
 };
-use crate::cli::{Context, Exit, Outcome};
+use crate::cli::{Context, Exit, Outcome, UsageError};
 use crate::report::force_page;
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -15,8 +15,9 @@ use std::path::PathBuf;
 /// Hang weights in all three directions and at levers, and nothing between them; write each hold into a table (CSV): mass_g, dir_x, dir_y,
 /// dir_z (where the weight pulls), lever_x_mm, lever_y_mm, lever_z_mm (a point of its line of pull, from the sensor's origin; may be left out
 /// where all weights pull through it), the sensor's reading fx_n … fz_n, tx_nm … tz_nm with its own zero left as it is, and, if known, time_s and
-/// temperature_c. A weight that the others contradict is named and kept: leave its line out by --leave-out. Writes force.html, force.json and
-/// force.toml (for `calibrate set`).
+/// temperature_c. A weight that the others contradict is named and kept: leave its line out by --leave-out. Gains that no sensor has are doubted,
+/// with the unit that explains them, and no set takes them. Writes force.html, force.json and force.toml (for `calibrate set`). Exit code 3:
+/// something is doubtful; a line that was left out as asked is not.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig calibrate force calibration/raw/weights.csv --out calibration/force
@@ -65,7 +66,25 @@ enum FrameWord {
     Phantom,
 }
 
+/// Refuses numbers that no bench has.
+fn check(arguments: &ForceArguments) -> Result<(), UsageError> {
+    if !(arguments.gravity.is_finite() && arguments.gravity > 0.0) {
+        return Err(UsageError(format!("--gravity {}: expected more than 0, in m/s²", arguments.gravity)));
+    }
+    let deviations = [
+        ("--mass-share", arguments.mass_share),
+        ("--scale-share", arguments.scale_share),
+        ("--direction-deg", arguments.direction_deg),
+        ("--lever-mm", arguments.lever_mm),
+    ];
+    match deviations.into_iter().find(|(_, sd)| !(sd.is_finite() && *sd >= 0.0)) {
+        Some((option, sd)) => Err(UsageError(format!("{option} {sd}: a standard deviation is 0 or more"))),
+        None => Ok(()),
+    }
+}
+
 pub(super) fn run(arguments: &ForceArguments, _: &Context) -> anyhow::Result<Outcome> {
+    check(arguments)?;
     let known = Known {
         gravity_m_s2: arguments.gravity,
         mass_share: arguments.mass_share,
@@ -78,7 +97,10 @@ pub(super) fn run(arguments: &ForceArguments, _: &Context) -> anyhow::Result<Out
     let found = calibrate_force(&weights, &known)?;
     let log = arguments.drift_log.as_deref().map(DriftLog::read).transpose()?;
     let wander = log.as_ref().map(drift).transpose()?;
-    let remarks = remarks(&found, wander.as_ref(), &arguments.leave_out);
+    let doubts = found.doubts();
+    let doubtful = doubtful(&found, &doubts, wander.as_ref());
+    let mut remarks = doubtful.clone();
+    remarks.extend(arguments.leave_out.iter().map(|line| format!("line {line} was left out, as asked")));
     let sentence = sentence(&found);
     let frame = match arguments.frame {
         FrameWord::Sensor => Frame::Sensor,
@@ -87,8 +109,9 @@ pub(super) fn run(arguments: &ForceArguments, _: &Context) -> anyhow::Result<Out
     let kept = &arguments.kept;
     let date = day(kept.date.as_deref())?;
     let (serial, note) = (arguments.serial.clone(), kept.note.clone());
-    let file = ForceFile::new(&found, frame, date, serial, note, (name, sha256.clone()));
-    let page = force_page(&found, &weights, wander.as_ref(), &sentence, &remarks)?;
+    let table = (name, sha256.clone());
+    let file = ForceFile::new(&found, frame, date, serial, note, table, &arguments.leave_out);
+    let page = force_page(&found, &weights, wander.as_ref(), &sentence, &remarks, doubtful.is_empty())?;
     let json = json!({
         "format": "phantom-force-calibration-result/1",
         "out": kept.out,
@@ -123,6 +146,8 @@ pub(super) fn run(arguments: &ForceArguments, _: &Context) -> anyhow::Result<Out
             "span_s": d.span_s,
             "allan": d.allan,
         })),
+        "left_out": arguments.leave_out,
+        "doubts": doubts,
         "remarks": remarks,
     });
     write(&kept.out, kept.force, "force", &page, &json, &file.text()?)?;
@@ -139,8 +164,11 @@ pub(super) fn run(arguments: &ForceArguments, _: &Context) -> anyhow::Result<Out
     }
     text = noted(&text, &remarks);
     let out = kept.out.display();
-    text += &format!("\n{out}/force.html\nNext: phantom-rig calibrate set --force {out}/force.toml …");
-    Ok(Outcome { exit: if remarks.is_empty() { Exit::Good } else { Exit::Degraded }, text, json })
+    text += &format!("\n{out}/force.html");
+    if doubts.is_empty() {
+        text += &format!("\nNext: phantom-rig calibrate set --force {out}/force.toml …");
+    }
+    Ok(Outcome { exit: if doubtful.is_empty() { Exit::Good } else { Exit::Degraded }, text, json })
 }
 
 fn sentence(found: &ForceFound) -> String {
@@ -157,12 +185,18 @@ fn sentence(found: &ForceFound) -> String {
     )
 }
 
-fn remarks(found: &ForceFound, wander: Option<&Drift>, left_out: &[u64]) -> Vec<String> {
-    let mut remarks: Vec<String> = found.misfits.iter().map(ToString::to_string).collect();
+/// What is doubtful, as sentences; first what speaks against the whole. A row that was left out on purpose is not.
+fn doubtful(found: &ForceFound, doubts: &[String], wander: Option<&Drift>) -> Vec<String> {
+    let mut remarks = doubts.to_vec();
+    remarks.extend(found.misfits.iter().map(ToString::to_string));
     if let Some(first) = found.misfits.first() {
-        remarks.push(format!("these rows are in the result; without them: --leave-out {}", first.line));
+        remarks.push(match found.misfits.len() {
+            1 => format!("this row is in the result; without it: --leave-out {}", first.line),
+            _ => {
+                format!("these rows are in the result; without the worst of them: --leave-out {}", first.line)
+            }
+        });
     }
-    remarks.extend(left_out.iter().map(|line| format!("line {line} was left out, as asked")));
     if let Some(wander) = wander {
         for trend in wander.trends.iter().filter(|t| t.is_there()) {
             remarks.push(format!(

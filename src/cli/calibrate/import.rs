@@ -2,6 +2,7 @@
 
 use crate::calib::export::{Column, Export, Override, Quantity, Table, Weight, read_file, read_folder};
 use crate::cli::{Context, Exit, Kind, Outcome, StagedFolder};
+use crate::units::counted;
 use anyhow::{Context as _, bail};
 use clap::Args;
 use serde_json::{Value, json};
@@ -47,7 +48,8 @@ pub(super) fn run(arguments: &ImportArguments, _: &Context) -> anyhow::Result<Ou
         if source.is_dir() {
             let folder = read_folder(source, &wish)?;
             exports.extend(folder.exports);
-            refused.extend(folder.refused.into_iter().map(|(file, why)| (file, why.to_string())));
+            let with_cause = |why| format!("{:#}", anyhow::Error::from(why));
+            refused.extend(folder.refused.into_iter().map(|(file, why)| (file, with_cause(why))));
         } else {
             exports.push(read_file(source, &wish)?);
         }
@@ -96,7 +98,7 @@ pub(super) fn run(arguments: &ImportArguments, _: &Context) -> anyhow::Result<Ou
     let contradicted = exports.iter().flat_map(|e| &e.tables).flat_map(|t| &t.findings);
     let contradicted = contradicted.filter(|finding| finding.weight == Weight::Contradiction).count();
     let count: usize = exports.iter().map(|e| e.tables.len()).sum();
-    text += &format!("{count} tables in {}", arguments.out.display());
+    text += &format!("{} in {}", counted(count, "table", "tables"), arguments.out.display());
     if contradicted > 0 {
         text +=
             "\nnote: labels contradict their numbers: say what they are in an override (--as), see --help";

@@ -1,4 +1,4 @@
-//! What `calibrate force` and `calibrate stage` share: where the result goes and what is kept with it, a table with its hash, remarks.
+//! What calibrations share: where the result goes and what is kept with it, a table with its hash, remarks, what comes next.
 
 use crate::calib::Day;
 use crate::cli::today::today;
@@ -58,6 +58,17 @@ pub(super) fn write(
         fs::write(&file, text).with_context(|| format!("{}: can't be written", file.display()))?;
     }
     Ok(staged.finish()?)
+}
+
+/// The last line of a result that a rig file names, by a key of a section or, with none, of the file itself. Why the name alone: paths in a rig
+/// file count from its own folder, which is not known here.
+pub(super) fn next_in_rig(section: &str, key: &str, file: &Path) -> String {
+    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+    let place =
+        if section.is_empty() { "above its sections".to_owned() } else { format!("under [{section}]") };
+    format!(
+        "\nNext: in a rig file beside it, {place}: {key} = \"{name}\" (from another folder: the path from the rig file's folder)"
+    )
 }
 
 /// Text with each remark on a line.

@@ -1,8 +1,9 @@
 //! `calibrate registration`: where the camera stands, from what it saw.
 
+use super::instrument::next_in_rig;
 use crate::calib::{Pair, RegistrationFile, match_constellation, register};
 use crate::cli::look::{fiducials, look};
-use crate::cli::{Context, Exit, Outcome, StagedFile};
+use crate::cli::{Context, Exit, Outcome, StagedFile, UsageError};
 use crate::geometry::Mat3;
 use crate::session::{Session, utc_text};
 use crate::track::Settings;
@@ -41,6 +42,10 @@ const LASTING_M2: f64 = 1e-10;
 const SCALE: f64 = 1e-3;
 
 pub(super) fn run(arguments: &RegistrationArguments, context: &Context) -> anyhow::Result<Outcome> {
+    let tolerance_mm = arguments.tolerance_mm;
+    if !(tolerance_mm.is_finite() && tolerance_mm > 0.0) {
+        return Err(UsageError(format!("--tolerance-mm {tolerance_mm}: expected more than 0")).into());
+    }
     let session = Session::open(&arguments.session)?;
     let name = arguments.session.display();
     let Some(camera) = &session.start().camera else { bail!("{name}: it has no camera") };
@@ -51,7 +56,7 @@ pub(super) fn run(arguments: &RegistrationArguments, context: &Context) -> anyho
     let looked =
         look(&session, Settings::default(), context)?.with_context(|| format!("{name}: no pictures"))?;
     let seen: Vec<_> = looked.resting.iter().map(|dot| dot.mean_m).collect();
-    let matched = match_constellation(&seen, &known, 1e-3 * arguments.tolerance_mm)
+    let matched = match_constellation(&seen, &known, 1e-3 * tolerance_mm)
         .with_context(|| format!("{name}: the fiducials"))?;
     let pairs: Vec<Pair> = (matched.iter().zip(&known))
         .filter_map(|(seen, known)| {
@@ -92,7 +97,7 @@ pub(super) fn run(arguments: &RegistrationArguments, context: &Context) -> anyho
     if scaled {
         text += "\nnote: that is more than chance: the camera's lens, its unit of depth or the fiducials' places are off";
     }
-    text += &format!("\nNext: registration = \"{out}\" under [camera] of the rig file");
+    text += &next_in_rig("camera", "registration", &arguments.out);
     Ok(Outcome {
         exit: if scaled || hidden > 0 { Exit::Degraded } else { Exit::Good },
         text,

@@ -22,8 +22,8 @@ use serde_json::json;
 /// Several exports are rates of one material.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  phantom-rig calibrate relaxation raw/foam.csv --out calibration/foam
-  phantom-rig calibrate relaxation raw/1s.csv raw/10s.csv raw/100s.csv --as raw/units.toml --out calibration/rates")]
+  phantom-rig calibrate relaxation calibration/raw/foam.csv --out calibration/foam
+  phantom-rig calibrate relaxation calibration/raw/{1s,10s,100s}.csv --as calibration/raw/units.toml --out calibration/rates")]
 pub(in crate::cli) struct RelaxationArguments {
     #[command(flatten)]
     read: SpecimenArguments,

@@ -1,17 +1,18 @@
 //! `calibrate set`: which calibrations hold together, in one file for the rig.
 
-use super::instrument::day;
+use super::instrument::{day, next_in_rig, noted};
 use crate::calib::Day;
-use crate::calib::set::{CalibrationSet, Draft};
-use crate::cli::{Context, Exit, Outcome, StagedFile, UsageError};
-use anyhow::Context as _;
+use crate::calib::set::{CalibrationSet, Draft, Drafted};
+use crate::cli::{Context, Exit, Outcome, StagedError, StagedFile, UsageError};
+use anyhow::{Context as _, anyhow};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// Puts calibrations together into one file that a rig file names (calibration = "…").
 ///
-/// Files are named from where the set lies, with their hashes: one that is changed later is refused.
+/// Files are named from where the set lies, with their hashes: one that is changed later is refused. So is a calibration that cannot be, such as
+/// gains of 1000. Exit code 3: a calibration holds rows that its other rows contradict.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig calibrate set --name 'bench 2' --force calibration/force/force.toml --stage calibration/stage/stage.toml \\
@@ -55,6 +56,12 @@ pub(super) fn run(arguments: &SetArguments, _: &Context) -> anyhow::Result<Outco
     if until < from {
         return Err(UsageError(format!("--until {until} is before --from {from}")).into());
     }
+    let given = [&arguments.force_file, &arguments.stage, &arguments.lens, &arguments.registration];
+    if given.iter().all(|file| file.is_none()) && arguments.reference.is_empty() {
+        let words =
+            "a set of nothing; name at least one of --force, --stage, --lens, --registration and --reference";
+        return Err(UsageError(words.to_owned()).into());
+    }
     let folder = arguments.out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let folder = folder.canonicalize().with_context(|| folder.display().to_string())?;
     let beside = |file: &PathBuf| -> anyhow::Result<PathBuf> {
@@ -70,9 +77,15 @@ pub(super) fn run(arguments: &SetArguments, _: &Context) -> anyhow::Result<Outco
         registration: arguments.registration.as_ref().map(beside).transpose()?,
         references: arguments.reference.iter().map(beside).collect::<anyhow::Result<_>>()?,
     };
-    let text = draft.text(&folder)?;
+    let Drafted { text, remarks } = draft.text(&folder)?;
     let out = arguments.out.display();
-    let staged = StagedFile::new(&arguments.out, arguments.replace)?;
+    // --force names the sensor's file here.
+    let staged = StagedFile::new(&arguments.out, arguments.replace).map_err(|error| match error {
+        StagedError::Exists { place } => {
+            anyhow!("{} exists; choose another name or pass --replace", place.display())
+        }
+        other => other.into(),
+    })?;
     std::fs::write(staged.path(), &text).with_context(|| format!("{out}: can't be written"))?;
     staged.finish()?;
     let set = CalibrationSet::read(&arguments.out)?;
@@ -82,12 +95,11 @@ pub(super) fn run(arguments: &SetArguments, _: &Context) -> anyhow::Result<Outco
         "name": set.name,
         "valid": set.valid.map(|day| day.to_string()),
         "references": set.references.len(),
+        "remarks": remarks,
     });
-    Ok(Outcome {
-        exit: Exit::Good,
-        text: format!("{text}\nNext: calibration = \"{out}\" in the rig file"),
-        json,
-    })
+    let exit = if remarks.is_empty() { Exit::Good } else { Exit::Degraded };
+    let text = noted(text.trim_end(), &remarks) + &next_in_rig("", "calibration", &arguments.out);
+    Ok(Outcome { exit, text, json })
 }
 
 /// A path from a folder to a file, both whole.

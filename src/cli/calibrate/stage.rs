@@ -7,7 +7,7 @@ use crate::calib::instruments::stage::{
 };
 use crate::cli::{Context, Exit, Outcome, UsageError};
 use crate::report::stage_page;
-use crate::units::with_sd;
+use crate::units::{counted, with_sd};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 ///
 /// Runs: five or more targets, unevenly spaced, each approached from below and from above, five times; a table (CSV) with run, direction (up,
 /// down), target_mm, reading_mm, and axis where it holds several. Press: the tip on a rigid block, a table with position_mm and force_n, from
-/// before contact. Writes stage.html, stage.json and stage.toml (for `calibrate set`).
+/// before contact. A way that no stage makes is doubted, with the unit that explains it, and no set takes it. Writes stage.html, stage.json and stage.toml (for `calibrate set`).
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig calibrate stage calibration/raw/gauge.csv --out calibration/stage
@@ -62,12 +62,15 @@ pub(super) fn run(arguments: &StageArguments, _: &Context) -> anyhow::Result<Out
     let yielding = press.as_ref().map(|press| compliance(press, tip)).transpose()?;
     let mut tables = vec![hashed(&arguments.runs)?];
     tables.extend(arguments.block.as_deref().map(hashed).transpose()?);
-    let remarks = remarks(&axes, yielding.as_ref());
+    let mut doubts: Vec<String> = axes.iter().flat_map(Positioning::doubts).collect();
+    doubts.extend(press.as_ref().and_then(BlockPress::doubt));
+    let mut remarks = doubts.clone();
+    remarks.extend(doubtful(&axes, yielding.as_ref()));
     let sentence = axes.iter().map(sentence).collect::<Vec<_>>().join("; ");
     let kept = &arguments.kept;
     let date = day(kept.date.as_deref())?;
     let (serial, note) = (arguments.serial.clone(), kept.note.clone());
-    let file = StageFile::new(&axes, yielding.as_ref(), date, serial, note, tables.clone());
+    let file = StageFile::new(&axes, yielding.as_ref(), date, serial, note, tables.clone(), doubts.clone());
     let source = arguments.runs.display().to_string();
     let page = stage_page(&axes, press.as_ref().zip(yielding.as_ref()), &source, &sentence, &remarks)?;
     let json = json!({
@@ -80,6 +83,7 @@ pub(super) fn run(arguments: &StageArguments, _: &Context) -> anyhow::Result<Out
             "slope_n_per_m": c.slope_n_per_m, "slope_sd_n_per_m": c.slope_sd_n_per_m,
             "contact_m": c.contact_m, "contact_sd_m": c.contact_sd_m, "noise_n": c.noise_n, "bent_p": c.bent_p,
         })),
+        "doubts": doubts,
         "remarks": remarks,
     });
     write(&kept.out, kept.force, "stage", &page, &json, &file.text()?)?;
@@ -89,7 +93,10 @@ pub(super) fn run(arguments: &StageArguments, _: &Context) -> anyhow::Result<Out
     }
     text = noted(&text, &remarks);
     let out = kept.out.display();
-    text += &format!("\n{out}/stage.html\nNext: phantom-rig calibrate set --stage {out}/stage.toml …");
+    text += &format!("\n{out}/stage.html");
+    if doubts.is_empty() {
+        text += &format!("\nNext: phantom-rig calibrate set --stage {out}/stage.toml …");
+    }
     Ok(Outcome { exit: if remarks.is_empty() { Exit::Good } else { Exit::Degraded }, text, json })
 }
 
@@ -124,7 +131,8 @@ fn sentence(axis: &Positioning) -> String {
     )
 }
 
-fn remarks(axes: &[Positioning], yielding: Option<&Compliance>) -> Vec<String> {
+/// What is doubtful though it may be, as sentences.
+fn doubtful(axes: &[Positioning], yielding: Option<&Compliance>) -> Vec<String> {
     let mut remarks = Vec::new();
     for axis in axes {
         remarks.extend(axis.strange.iter().map(|s| {
@@ -137,9 +145,9 @@ fn remarks(axes: &[Positioning], yielding: Option<&Compliance>) -> Vec<String> {
         }));
         if axis.runs < 5 || axis.at.len() < 5 {
             remarks.push(format!(
-                "{} runs at {} targets; ISO 230-2 asks for five of both",
-                axis.runs,
-                axis.at.len()
+                "{} at {}; ISO 230-2 asks for five of both",
+                counted(axis.runs, "run", "runs"),
+                counted(axis.at.len(), "target", "targets")
             ));
         }
     }

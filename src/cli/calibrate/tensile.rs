@@ -20,16 +20,16 @@ use serde_json::{Value, json};
 /// Model (linear, neo-Hookean, Yeoh, Ogden) by evidence on specimens, or parts, that a fit did not see. Preload and slack are taken off. Writes
 /// tensile.html, tensile.json and tensile.toml, the reference value: put it into calibration/values. A specimen in another unit is left out; there is
 /// no reference value where a test slipped, saturated or contradicts itself, or where the specimens are not one material. Exit code 3: something
-/// is named that does not belong to the material.
+/// is named that does not belong to the material, or more than a tenth of the strains asked for lies beyond the data.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig calibrate tensile 'calibration/raw/Ecoflex 00-30.csv' --out calibration/ecoflex-30
-  phantom-rig calibrate tensile raw/batch-7 --strain 0,0.3 --specimen 'gel, batch 7' --out calibration/gel-7")]
+  phantom-rig calibrate tensile calibration/raw/batch-7 --strain 0,0.3 --specimen 'gel, batch 7' --out calibration/gel-7")]
 pub(in crate::cli) struct TensileArguments {
     #[command(flatten)]
     read: SpecimenArguments,
     /// Strains that are fitted: lowest and highest
-    #[arg(long, value_name = "LOW,HIGH", value_delimiter = ',', default_values_t = [0.0, 0.5])]
+    #[arg(long, value_name = "LOW,HIGH", value_delimiter = ',', default_value = "0,0.5")]
     strain: Vec<f64>,
 }
 
@@ -64,13 +64,15 @@ pub(super) fn run(arguments: &TensileArguments, _: &Context) -> anyhow::Result<O
     let mixed = found.is_mixed();
     let withheld = mixed.clone().map(|why| format!("no reference value is written: {why}"));
     let withheld = withheld.or_else(|| withheld_by(&contradictions, &faults));
-    let degraded = !wrong.is_empty() || withheld.is_some();
-    let mut remarks = found.remarks.clone();
+    let window = settings.window;
+    let degraded = !wrong.is_empty() || withheld.is_some() || found.is_short(window);
+    let mut remarks = found.short(window);
+    remarks.extend(found.remarks.iter().cloned());
     remarks.extend(wrong.into_iter().chain(warmed(&exports)).chain(withheld.clone()));
-    let sentence = sentence(&found);
+    let sentence = sentence(&found, mixed.as_deref());
     let value = value(arguments, &found, &pulls, &remarks, raw(&exports))?;
     let reference = if withheld.is_none() { value.text()? } else { String::new() };
-    let json = json(arguments, &found, &faults, &remarks, &value);
+    let json = json(arguments, &found, mixed.as_deref(), &faults, &remarks, &value);
     let names = sources(&exports);
     let page = specimen_page(
         ["Young’s modulus from dumb-bells", &names, &sentence],
@@ -89,10 +91,16 @@ fn withheld_by(contradictions: &[String], faults: &[Vec<Fault>]) -> Option<Strin
     withheld(contradictions, &faults.iter().flatten().collect::<Vec<_>>())
 }
 
-fn sentence(found: &Modulus) -> String {
+/// What was found; of specimens that are not one material, `mixed`, there is no modulus.
+fn sentence(found: &Modulus, mixed: Option<&str>) -> String {
+    if let Some(why) = mixed {
+        return format!("{why}: there is no common modulus");
+    }
     let [low, high] = found.interval_90.map(|e| 1e-3 * e);
+    // The second digit of the deviation, as in the value.
+    let decimals = (1.0 - (1e-3 * found.sd_pa).log10().floor()).clamp(0.0, 9.0) as usize;
     format!(
-        "E = {}, 90 % interval {low:.1} to {high:.1} kPa ({}, {})",
+        "E = {}, 90 % interval {low:.decimals$} to {high:.decimals$} kPa ({}, {})",
         with_sd(found.modulus_pa, found.sd_pa, 1e-3, "kPa"),
         found.model.name(),
         match found.specimens.len() {
@@ -132,7 +140,7 @@ fn value(
             remarks.join("; ")
         ),
         validity: Validity {
-            strain: Some([arguments.strain[0], arguments.strain[1]]),
+            strain: Some(found.reached([arguments.strain[0], arguments.strain[1]])),
             rate_per_s: range(pulls.iter().filter_map(|p| p.rate_per_s).collect()),
             temperature_c: range(pulls.iter().filter_map(|p| p.temperature_c).collect()),
             ..Validity::default()
@@ -157,15 +165,18 @@ fn faults(exports: &[Export], pulls: &[Pull], to: f64) -> Vec<Vec<Fault>> {
 fn json(
     arguments: &TensileArguments,
     found: &Modulus,
+    mixed: Option<&str>,
     faults: &[Vec<Fault>],
     remarks: &[String],
     value: &ReferenceValue,
 ) -> Value {
     let b = &found.budget;
+    let modulus = json!({"value": found.modulus_pa, "sd": found.sd_pa, "interval_90": found.interval_90});
     json!({
         "format": "phantom-tensile/1",
         "out": arguments.read.out,
-        "young_modulus_pa": {"value": found.modulus_pa, "sd": found.sd_pa, "interval_90": found.interval_90},
+        "young_modulus_pa": mixed.is_none().then_some(modulus),
+        "not_one_material": mixed,
         "model": found.model.name(),
         "evidence": found.scores.iter().map(|s| json!({"model": s.model.name(), "missed_pa": s.missed_pa})).collect::<Vec<_>>(),
         "relative_uncertainty": {
@@ -185,7 +196,11 @@ fn json(
 fn page_tables(found: &Modulus, faults: &[Vec<Fault>]) -> Vec<SpecimenTable> {
     let named: Vec<(&str, &[Fault])> =
         found.specimens.iter().zip(faults).map(|(s, f)| (s.label.as_str(), f.as_slice())).collect();
-    let kpa = |pa: f64| format!("{:.2}", 1e-3 * pa);
+    // Four digits that count.
+    let kpa = |pa: f64| {
+        let decimals = (3.0 - (1e-3 * pa).abs().max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
+        format!("{:.decimals$}", 1e-3 * pa)
+    };
     let per_cent = |share: f64| format!("{:.2}", 100.0 * share);
     let b = &found.budget;
     let parts = [

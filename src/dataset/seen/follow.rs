@@ -2,7 +2,7 @@
 
 use super::clear::leave_out_unclear;
 use super::reference::Thinned;
-use crate::clock::HostTime;
+use crate::clock::{Beat, HostTime};
 use crate::dataset::DatasetError;
 use crate::geometry::{Mat3, Vec3};
 use crate::session::{CameraDocument, Pixels, RecordedFrame, Session, SessionError};
@@ -69,6 +69,8 @@ pub struct FrameCounts {
     pub frames: u64,
     /// Frames that the source's numbers miss.
     pub lost_frames: u64,
+    /// Beats of the camera for which no frame came, whatever its numbers say; none where it keeps no beat.
+    pub missing_on_beat: Option<u64>,
     /// Frames without a grey or a depth picture that can be read.
     pub incomplete: u64,
     /// Dots seen with place, over all frames.
@@ -122,8 +124,14 @@ pub fn follow(
     }
     let picture = picture.ok_or(DatasetError::NoPictures)?;
     let (reference, hidden_at_first) = resting.reference();
-    let mut walk =
-        Walk { eye, reference: &reference, tracker: None, last: None, counts: FrameCounts::default() };
+    let mut walk = Walk {
+        eye,
+        reference: &reference,
+        tracker: None,
+        last: None,
+        arrivals_s: Vec::new(),
+        counts: FrameCounts::default(),
+    };
     let mut followed = Vec::new();
     let mut frames = session.frames();
     let mut ready = next_decoded(&mut frames);
@@ -141,6 +149,7 @@ pub fn follow(
         ready = next;
     }
     let mut counts = walk.counts;
+    counts.missing_on_beat = missing_on_beat(&walk.arrivals_s);
     let unclear = leave_out_unclear(&mut followed);
     if unclear > 0 {
         counts.seen -= unclear;
@@ -185,7 +194,15 @@ struct Walk<'a> {
     tracker: Option<Tracker>,
     /// Stretch and number of the last frame.
     last: Option<(u32, u32)>,
+    /// When the frames of each stretch came (s).
+    arrivals_s: Vec<Vec<f64>>,
     counts: FrameCounts,
+}
+
+/// Beats without a frame in all stretches that keep one; none where no stretch does.
+fn missing_on_beat(stretches_s: &[Vec<f64>]) -> Option<u64> {
+    let missing = |arrivals_s: &Vec<f64>| Some(Beat::of(arrivals_s)?.missing(arrivals_s));
+    stretches_s.iter().filter_map(missing).reduce(|sum, more| sum + more)
 }
 
 impl Walk<'_> {
@@ -194,6 +211,12 @@ impl Walk<'_> {
         let before = self.last.replace((segment, number)).filter(|last| last.0 == segment);
         if let Some((_, before)) = before {
             self.counts.lost_frames += u64::from(number.saturating_sub(before).saturating_sub(1));
+        } else {
+            self.arrivals_s.push(Vec::new());
+        }
+        let time_s = host.seconds_after(HostTime::from_nanos(0));
+        if let Some(stretch) = self.arrivals_s.last_mut() {
+            stretch.push(time_s);
         }
         let Some((grey, depth)) = pictures else {
             self.counts.incomplete += 1;
@@ -208,7 +231,7 @@ impl Walk<'_> {
         let grey = GreyView::new(width, height, width, &grey.values)?;
         let [width, height] = depth.size_px;
         let depth = DepthView::new(width, height, width, &depth.values, self.eye.metres_per_unit)?;
-        let found = tracker.step(&grey, Some(&depth), host.seconds_after(HostTime::from_nanos(0)))?;
+        let found = tracker.step(&grey, Some(&depth), time_s)?;
         self.counts.frames += 1;
         let places = found.dots.iter().map(|state| self.counts.place(state)).collect();
         let others = others(&found);

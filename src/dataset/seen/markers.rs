@@ -22,6 +22,8 @@ pub struct Attached {
     pub standoff_m: Vec<f64>,
     /// Dots at rest elsewhere: on the bench, on the tip, or on the phantom's sides.
     pub elsewhere: usize,
+    /// Beats of the camera for which no frame came; none where it keeps no beat.
+    pub missing_on_beat: Option<u64>,
 }
 
 /// Attaches dots to the mesh's surface `observed`: those that rest within `most_m` of it (m) and are none of the points `known_m`
@@ -66,6 +68,7 @@ pub fn attach_dots(
     let numbers = markers.iter().map(|dot| *dot as u32).collect();
     Attached {
         elsewhere: resting.len() - markers.len(),
+        missing_on_beat: followed.counts.missing_on_beat,
         segments,
         markers,
         numbers,
@@ -125,6 +128,7 @@ mod tests {
             rest_m: rest_mm.iter().map(place).collect(),
             standoff_m: vec![0.0; rest_mm.len()],
             elsewhere: 0,
+            missing_on_beat: None,
         }
     }
 

@@ -128,6 +128,8 @@ fn dots_on_the_slab_become_markers_where_they_are() {
     assert_eq!(told, 29);
     let counts = &followed.counts;
     assert_eq!((counts.frames, counts.lost_frames, counts.incomplete), (28, 1, 1));
+    // Number 14 is told by the beat as well; one without depth has come.
+    assert_eq!(counts.missing_on_beat, Some(1));
     assert_eq!((followed.reference.len(), counts.seen), (42, 42 * 28), "{:?}", counts.unseen);
 
     let resting = dots_at_rest(&followed, at(0), at(10));
@@ -135,6 +137,7 @@ fn dots_on_the_slab_become_markers_where_they_are() {
     let attached = attach_dots(&followed, &resting, &registration(), &slab(), &[], 0.005);
     // Six columns on the slab; the seventh is beside it.
     assert_eq!((attached.markers.len(), attached.elsewhere), (36, 6));
+    assert_eq!(attached.missing_on_beat, Some(1));
     assert!(attached.standoff_m.iter().all(|d| *d < 1e-4), "{:?}", attached.standoff_m);
     let frames = &attached.segments[0];
     assert_eq!(frames.len(), 28);

@@ -7,12 +7,14 @@
 //!   leave open goes into the stated noise of the stage. Why from the site and not from the stage's zero: where the surface is, was found with
 //!   this stage; a stretch about its zero would shift every site by the scale times the way there, and make each poke deeper or shallower.
 
+use crate::calib::Day;
 use crate::calib::instruments::InstrumentError;
 use crate::calib::instruments::force::{ForceFile, Frame};
 use crate::calib::instruments::stage::StageFile;
 use crate::device::{AXES, Mounting, SensorMounting};
 use crate::geometry::{Mat3, Vec3};
 use crate::session::{CalibrationDocument, StartDocument};
+use serde::Deserialize;
 use std::path::Path;
 
 /// The calibration of one session.
@@ -24,6 +26,24 @@ pub(super) struct Calibrated {
     pub(super) place_sd_m: f64,
     /// What was used, for people.
     pub(super) words: Vec<String>,
+    /// Why it should not have been used, for people.
+    pub(super) doubt: Option<String>,
+}
+
+/// What a calibration set says of the days on which it holds.
+#[derive(Debug, Deserialize)]
+struct Validity {
+    valid_from: Day,
+    valid_until: Day,
+}
+
+/// That a session was not recorded on a day on which its calibration set holds; nothing where it was, or where nobody knows.
+fn out_of_date(name: &str, set: &str, started_utc: &str) -> Option<String> {
+    let Validity { valid_from, valid_until } = toml::from_str(set).ok()?;
+    let recorded = Day::of_time(started_utc).ok()?;
+    (!(valid_from..=valid_until).contains(&recorded)).then(|| {
+        format!("calibration set {name:?} holds from {valid_from} until {valid_until}; it was used on what was recorded on {recorded}")
+    })
 }
 
 impl Calibrated {
@@ -35,6 +55,7 @@ impl Calibrated {
         let mut found = Self::default();
         let digits = set.sha256.get(..12).unwrap_or(&set.sha256);
         found.words.push(format!("calibration set {name:?} (SHA-256 {digits}…)"));
+        found.doubt = out_of_date(name, &set.text, &start.started_utc);
         if let Some(text) = force {
             let file = ForceFile::parse(Path::new("force calibration of the session"), &text.text)?;
             found.words.push(format!(
@@ -133,6 +154,22 @@ mod tests {
                 assert!((f - force).norm() < 1e-12 && (m - moment).norm() < 1e-12, "{sign}: {f} {m}");
             }
         }
+    }
+
+    #[test]
+    fn a_set_is_doubted_on_days_on_which_it_does_not_hold() {
+        let set = "format = \"phantom-calibration-set/1\"\nname = \"autumn\"\nvalid_from = \"2026-09-01\"\nvalid_until = \"2026-11-24\"\n";
+        let doubt = |started: &str| out_of_date("autumn", set, started);
+        for within in ["2026-09-01T00:00:00Z", "2026-11-24T23:59:59.9Z"] {
+            assert_eq!(doubt(within), None, "{within}");
+        }
+        let words = doubt("2026-11-25T00:00:01Z").expect("expired");
+        assert!(words.contains("\"autumn\" holds from 2026-09-01 until 2026-11-24"), "{words}");
+        assert!(words.ends_with("recorded on 2026-11-25"), "{words}");
+        assert!(doubt("2026-08-31T12:00:00Z").is_some());
+        // A set in no known form, or a time that is none, says nothing of days.
+        assert_eq!(out_of_date("autumn", "name = \"autumn\"\n", "2026-11-25T00:00:01Z"), None);
+        assert_eq!(doubt("yesterday"), None);
     }
 
     /// Along the first axis 1 ‰ more, along the second, downwards, 2 ‰ less; beside both nothing.

@@ -88,6 +88,9 @@ pub fn read_seen_sessions(
                     session.folder().display()
                 ));
             }
+            if let Some(doubt) = part.calibrated.doubt.as_ref().filter(|doubt| !remarks.contains(doubt)) {
+                remarks.push(doubt.clone());
+            }
             whole.take(&part, offset_s);
             camera_lags.push(part.lag);
             zero.get_or_insert_with(|| (file.start().clone(), part));

@@ -78,7 +78,7 @@ const LONGEST: f64 = 0.5;
 /// Gauss–Newton on the logarithm of the modulus, each axis weighed by what is left along it; exact sensitivities.
 ///
 /// # Errors
-/// [`InverseError::Undetermined`] where nothing moves, [`InverseError::Finite`] where a load has no equilibrium,
+/// [`InverseError::Undetermined`] where nothing moves, [`InverseError::NoEquilibrium`] where a load has none,
 /// [`InverseError::NotConverged`].
 pub fn hang(
     hanging: &Hanging<'_>,
@@ -340,6 +340,19 @@ mod tests {
             assert!(off.x.abs() < 0.002 && off.z.abs() < 0.003 && !at.on_load, "{off}");
         }
         assert_eq!(found.units, 2);
+    }
+
+    /// Thirty-five million times the load under which it buckles (Euler: π² E I / 4 L²), from the end along the bar.
+    #[test]
+    fn a_load_that_the_body_cannot_carry_is_told_with_its_force() {
+        let mut load = case("one", 1.0, 0.0, 0.0).load;
+        load.force_n = Vec3::new(-1e6, 0.0, 0.0);
+        let body = Body::new(&bar(), 0.0).expect("a body");
+        let Err(refused) = body.under(&load, MODULUS_PA, None) else {
+            panic!("an equilibrium under 1000 kN")
+        };
+        assert!(matches!(refused, InverseError::NoEquilibrium { .. }), "{refused:?}");
+        assert!(refused.to_string().contains("under a force of (-1000000.000, 0.000, 0.000) N"), "{refused}");
     }
 
     /// A marker on the loaded disc is left out, and one marker alone cannot say how surely.

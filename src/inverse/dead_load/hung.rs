@@ -3,7 +3,7 @@
 use super::super::error::InverseError;
 use super::super::lift::entered;
 use super::case::{CaseMarker, DeadLoad};
-use crate::fem::finite::{Controls, Equilibrium, HeldBody, Loads, Rider, Sensitivity, Solid};
+use crate::fem::finite::{Controls, Equilibrium, FiniteError, HeldBody, Loads, Rider, Sensitivity, Solid};
 use crate::fem::material::{Law, Material, Moduli, Parameter};
 use crate::fem::{FemError, Order, Space, Spot, wrench_loads};
 use crate::geometry::Vec3;
@@ -39,6 +39,20 @@ pub(super) struct Carried {
     pub(super) on_load: bool,
 }
 
+/// What it means for a load that the search for its equilibrium ended so.
+fn not_carried(error: FiniteError, load: &DeadLoad) -> InverseError {
+    match error {
+        FiniteError::OutOfIterations { .. }
+        | FiniteError::LoadStepTooSmall { .. }
+        | FiniteError::TangentNotPositiveDefinite { .. }
+        | FiniteError::LineSearch { .. }
+        | FiniteError::Cell { .. } => {
+            InverseError::NoEquilibrium { force_n: load.force_n.into(), source: error }
+        }
+        other => other.into(),
+    }
+}
+
 impl Body {
     /// Quadratic elements on `mesh`; loads on discs are spread exactly on any mesh.
     pub(super) fn new(mesh: &TetMesh, poisson_ratio: f64) -> Result<Self, InverseError> {
@@ -69,10 +83,12 @@ impl Body {
         for (mode, &size) in wrench_loads(space, &spot, &load.site)?.iter().zip(sizes) {
             loads.forces.extend(mode.iter().filter(|_| size != 0.0).map(|&(c, w)| (c, w * size)));
         }
-        let at = self.held.equilibrium(&solid, &loads, start, &Controls::default())?;
+        let refused = |error: FiniteError| not_carried(error, load);
+        let at = self.held.equilibrium(&solid, &loads, start, &Controls::default()).map_err(refused)?;
         let change = self
             .held
-            .linearise(&solid, &at)?
+            .linearise(&solid, &at)
+            .map_err(refused)?
             .change(&Sensitivity::Material(Parameter::YoungModulus))?
             .displacement;
         Ok(State { at, by_log_modulus: change.iter().map(|c| c * modulus).collect() })

@@ -45,7 +45,7 @@ impl Curves {
         Self {
             pokes: diagnosis.curves.iter().map(|c| CurveSeries::new(c, shows(c))).collect(),
             force_sd_mn: 1e3 * recording.noise.force_n.iter().copied().fold(0.0, f64::max),
-            extended: !diagnosis.verdict.physics.is_empty(),
+            extended: !diagnosis.verdict.blamed().is_empty(),
         }
     }
 }

@@ -38,9 +38,12 @@ pub(super) fn clause(found: &Found) -> Option<String> {
     let get = |id: &str| found.parameters.iter().find(|p| p.id == id).map(values);
     let one = |id: &str| get(id).and_then(|v| v.first().copied());
     Some(match found.physics {
-        Physics::FiniteStrain | Physics::CoarseMesh | Physics::UnevenScale | Physics::StickyRestraint => {
-            return None;
-        }
+        Physics::FiniteStrain | Physics::CoarseMesh | Physics::UnevenScale => return None,
+        Physics::StickyRestraint => format!(
+            "the restraint pulls {:.0} % harder at first, and slides after {:.2} mm",
+            100.0 * one("stiffness_ratio")?,
+            1e3 * one("slip_m")?
+        ),
         Physics::StrainStiffening => match found.law {
             Some(law) => format!("by {} law, with a stiffening of {:.2}", law.whose(), one("stiffening")?),
             None => format!("with a stiffening of {:.2}", one("stiffening")?),

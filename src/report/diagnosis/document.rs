@@ -63,6 +63,8 @@ struct RegionEntry {
 #[derive(Serialize)]
 struct VerdictEntry {
     physics: Vec<&'static str>,
+    /// What explains it though not all of it are entries.
+    explained_by: Vec<&'static str>,
     confidence: Option<f64>,
     ambiguous_with: Vec<&'static str>,
     /// What the confidence was made of.
@@ -146,6 +148,7 @@ impl<'a> DiagnosisDocument<'a> {
                 } else {
                     ids(&diagnosis.verdict.physics)
                 },
+                explained_by: ids(&diagnosis.verdict.explained_by),
                 confidence: known(diagnosis.verdict.confidence),
                 ambiguous_with: ids(&diagnosis.verdict.ambiguous_with),
                 evidence: diagnosis.verdict.evidence.map(|e| EvidenceEntry {

@@ -19,18 +19,20 @@ pub fn conclusion(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     let modulus = pascals(diagnosis.baseline.young_modulus_pa.value);
     if verdict.unexplained && !verdict.ambiguous_with.is_empty() {
-        let all: Vec<&str> = verdict.ambiguous_with.iter().map(|p| noun(*p)).collect();
+        let all: Vec<&str> =
+            verdict.explained_by.iter().chain(&verdict.ambiguous_with).map(|p| noun(*p)).collect();
         return format!(
             "The recording differs from the model and cannot tell why: {} may have been left out; the modulus of {modulus} is not to be trusted",
             listed(&all, "or")
         );
     }
-    if verdict.unexplained {
+    if verdict.unexplained && verdict.explained_by.is_empty() {
         return format!(
             "Something was left out that no entry of the catalogue explains; the modulus of {modulus} is not to be trusted"
         );
     }
-    if verdict.physics.is_empty() {
+    let blamed = verdict.blamed();
+    if blamed.is_empty() {
         return if diagnosis.mismatch.detected {
             format!(
                 "The recording differs from the model, and nothing is blamed; the modulus of {modulus} is not to be trusted"
@@ -39,17 +41,22 @@ pub fn conclusion(diagnosis: &Diagnosis) -> String {
             format!("Nothing was left out that this recording shows: the modulus is {modulus}")
         };
     }
-    let names: Vec<&str> = verdict.physics.iter().map(|p| noun(*p)).collect();
+    let names: Vec<&str> = blamed.iter().map(|p| noun(*p)).collect();
     let mut text = if verdict.ambiguous_with.is_empty() {
         let were = if names.len() == 1 { "was" } else { "were" };
-        format!("{} {were} left out", capitalised(&listed(&names, "and")))
+        let which = match blamed.iter().filter(|p| !p.catalogued()).count() {
+            0 => "",
+            all if all == names.len() => ", which is no entry of the catalogue",
+            _ => "; not all of that are entries of the catalogue",
+        };
+        format!("{} {were} left out{which}", capitalised(&listed(&names, "and")))
     } else {
         let together = listed(&names, "with");
         let others: Vec<&str> = verdict.ambiguous_with.iter().map(|p| noun(*p)).collect();
         let all: Vec<&str> = std::iter::once(together.as_str()).chain(others).collect();
         format!("{} was left out; this recording cannot tell which", capitalised(&listed(&all, "or")))
     };
-    let told: Vec<String> = verdict.physics.iter().filter_map(|p| told(diagnosis, *p)).collect();
+    let told: Vec<String> = blamed.iter().filter_map(|p| told(diagnosis, *p)).collect();
     if !told.is_empty() {
         let lead = if verdict.ambiguous_with.is_empty() {
             ": ".to_owned()
@@ -115,7 +122,8 @@ pub fn evidence(diagnosis: &Diagnosis) -> String {
         sentences.push(format!("{} tried.", capitalised(&counted(tried, "reading was", "readings were"))));
     }
     if verdict.confidence.is_finite() {
-        let limit = if is_sure(diagnosis) { "" } else { ": not sure" };
+        let named = !verdict.explained_by.is_empty() && verdict.confidence >= SURE;
+        let limit = if named || is_sure(diagnosis) { "" } else { ": not sure" };
         sentences.push(format!("Confidence {:.0} %{limit}.", 100.0 * verdict.confidence));
     } else {
         sentences.push("How sure this is is not known.".to_owned());
@@ -153,7 +161,7 @@ fn moved(before: &Reading, after: &Reading) -> String {
 
 /// The loosest parameter of what is blamed.
 fn least_sure(diagnosis: &Diagnosis) -> Option<String> {
-    let named = |physics: &Physics| diagnosis.verdict.physics.contains(physics);
+    let named = |physics: &Physics| diagnosis.verdict.blamed().contains(physics);
     let parameters = diagnosis.parameters.iter().filter(|f| named(&f.physics)).flat_map(|f| &f.parameters);
     let (id, share) =
         parameters.filter_map(|p| Some((p.id, looseness(p)?))).max_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -4,7 +4,7 @@ use super::sheet::{Decades, Plot, Sheet, Trace};
 use crate::calib::instruments::force::{COMPONENTS, Drift, ForceFound, Weights};
 use crate::report::ReportError;
 
-/// The page. `sentence`: what was found, in one; `remarks`: what is doubtful.
+/// The page. `sentence`: what was found, in one; `remarks`: what is doubtful, and what was asked for; `good`: nothing is doubtful.
 ///
 /// # Errors
 /// [`ReportError::Json`].
@@ -14,10 +14,11 @@ pub fn force_page(
     drift: Option<&Drift>,
     sentence: &str,
     remarks: &[String],
+    good: bool,
 ) -> Result<String, ReportError> {
     let mut sheet = Sheet::default();
     if !remarks.is_empty() {
-        sheet.list("What is doubtful", remarks);
+        sheet.list(if good { "What was asked for" } else { "What is doubtful" }, remarks);
     }
     let told = &COMPONENTS[..found.told];
     let head: Vec<&str> = std::iter::once("Reading, under 1 of").chain(told.iter().copied()).collect();
@@ -84,7 +85,7 @@ pub fn force_page(
     if let Some(drift) = drift {
         drifted(&mut sheet, drift);
     }
-    sheet.page("Force sensor", &weights.file.display().to_string(), sentence, remarks.is_empty())
+    sheet.page("Force sensor", &weights.file.display().to_string(), sentence, good)
 }
 
 fn drifted(sheet: &mut Sheet, drift: &Drift) {

@@ -179,6 +179,19 @@ fn a_session_without_its_beginning_is_read_with_the_manifest() {
     assert!(matches!(Session::open(&folder), Err(SessionError::NoStart { .. })));
 }
 
+/// Only the manifest is left: what the session was meant to be is known, and that nothing of it is there.
+#[test]
+fn a_session_whose_file_is_empty_is_said_to_hold_nothing() {
+    let place = tempfile::tempdir().expect("a folder");
+    let (folder, emptied) = (place.path().join("session"), place.path().join("emptied"));
+    record(&folder, 1);
+    fs::create_dir(&emptied).expect("writable");
+    fs::copy(folder.join("manifest.json"), emptied.join("manifest.json")).expect("a copy");
+    fs::write(emptied.join("session.mcap"), []).expect("writable");
+    let findings = Session::open(&emptied).expect("a session that opens").verify().expect("readable");
+    assert_eq!(findings, [Finding::Interrupted, Finding::Empty { segment: 1 }]);
+}
+
 /// Every byte of a finished file stands under some checksum.
 #[test]
 fn no_flipped_bit_escapes_verification() {

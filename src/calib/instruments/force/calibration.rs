@@ -13,11 +13,11 @@
 //! Errors: noise of the readings, of a size that the residuals show; and what several rows share, of sizes that [`Known`] states: directions,
 //! levers, each weight, and the scale of them all with gravity. `least_squares` puts them together.
 
-use super::outlier::{Misfit, misfits};
+use super::outlier::{Judged, Misfit, misfits};
 use super::{COMPONENTS, Hold, Weights};
 use crate::calib::coverage::half_90;
-use crate::calib::instruments::InstrumentError;
 use crate::calib::instruments::least_squares::{Estimate, generalised};
+use crate::calib::instruments::{InstrumentError, doubt};
 use crate::geometry::{Mat3, Vec3};
 use nalgebra::{DMatrix, DVector, SMatrix};
 use std::path::Path;
@@ -101,6 +101,13 @@ pub struct ForceFound {
     pub misfits: Vec<Misfit>,
 }
 
+impl ForceFound {
+    /// What speaks against the whole, as sentences: gains that no sensor has, with the unit that explains them.
+    pub fn doubts(&self) -> Vec<String> {
+        doubt::of_sensitivities(&self.sensitivity, self.told)
+    }
+}
+
 /// The wrench of a weight.
 pub(super) fn wrench(hold: &Hold, known: &Known) -> [f64; 6] {
     let force = hold.direction * (hold.mass_kg * known.gravity_m_s2 * (1.0 - BUOYANCY));
@@ -141,8 +148,9 @@ pub fn calibrate_force(weights: &Weights, known: &Known) -> Result<ForceFound, I
             .collect::<Option<_>>()
             .ok_or_else(|| singular("the rows do not determine the readings"))?;
     }
-    let misfits =
-        misfits(holds, &wrenches, known, (&design.x, design.first), &plain, &sensitivities(&plain, &design));
+    let a = sensitivities(&plain, &design);
+    let (x, first) = (&design.x, design.first);
+    let misfits = misfits(&Judged { holds, wrenches: &wrenches, known, x, first, a: &a });
     found(weights, &design, &channels, misfits, &wrenches)
         .ok_or_else(|| singular("the sensitivities cannot be inverted: a reading that answers to nothing"))
 }
@@ -229,7 +237,12 @@ fn sensitivities(channels: &[Estimate], design: &Design) -> SMatrix<f64, 6, 6> {
 }
 
 /// What rows share, for a reading with the sensitivities `a`: each vector is a cause of one standard deviation.
-fn shared(holds: &[Hold], wrenches: &[[f64; 6]], known: &Known, a: &SMatrix<f64, 1, 6>) -> Vec<DVector<f64>> {
+pub(super) fn shared(
+    holds: &[Hold],
+    wrenches: &[[f64; 6]],
+    known: &Known,
+    a: &SMatrix<f64, 1, 6>,
+) -> Vec<DVector<f64>> {
     let n = holds.len();
     let answer =
         |force: Vec3, moment: Vec3| (0..3).map(|k| a[k] * force[k] + a[3 + k] * moment[k]).sum::<f64>();

@@ -3,7 +3,8 @@
 //! A log of readings without load. Two views of it, each for every reading:
 //!
 //! - **Trend.** r = a + ḃ t + b_T T by least squares on the means of up to 24 stretches of the log, which are nearly independent where single
-//!   readings are not. p by Student's t, two-sided, times the number of trends that are looked at (Bonferroni).
+//!   readings are not. p by Student's t, two-sided, times the number of trends that are looked at (Bonferroni). What moves a reading by less
+//!   than one step of its numbers over the whole log is no trend: a log cannot tell it.
 //! - **Allan deviation** (Allan 1966; IEEE Std 952, annex C): σ²(τ) = ½ ⟨(r̄ₖ₊₁ − r̄ₖ)²⟩ of means over successive spans τ. White noise falls like
 //!   1/√τ; where σ stops falling, a longer mean tells no more, and a zero older than that is worth no more than σ there.
 
@@ -23,6 +24,8 @@ const FEWEST: usize = 12;
 const CHANCE: f64 = 0.01;
 /// Time and temperature that go together so closely are one.
 const TOGETHER: f64 = 0.98;
+/// Share of the greatest reading below which a difference comes from rounding.
+const ROUNDING: f64 = 1e-12;
 /// Pairs of spans below which an Allan deviation says too little.
 const PAIRS: usize = 3;
 
@@ -135,11 +138,12 @@ pub fn drift(log: &DriftLog) -> Result<Drift, InstrumentError> {
     for (c, component) in COMPONENTS.into_iter().enumerate() {
         let y = DVector::from_vec(column(&|i| log.readings[i][c]));
         let found = generalised(&x, &y, &[]).ok_or_else(|| singular("time and temperature stand still"))?;
-        for (k, (per, _)) in causes.iter().enumerate() {
+        let step = step(log.readings.iter().map(|reading| reading[c]));
+        for (k, (per, of_cause)) in causes.iter().enumerate() {
             let (slope, sd) = (found.beta[k + 1], found.covariance[(k + 1, k + 1)].sqrt());
-            // A reading that never changes has no trend.
-            let t = if slope == 0.0 { 0.0 } else { (slope / sd).abs() };
-            let p = (2.0 * student.sf(t) * looked_at as f64).min(1.0);
+            let told = (slope * range(of_cause)).abs() >= step;
+            let p = if told { 2.0 * student.sf((slope / sd).abs()) * looked_at as f64 } else { 1.0 };
+            let p = p.min(1.0);
             trends.push(Trend { component, per, slope, sd, p });
         }
     }
@@ -149,6 +153,22 @@ pub fn drift(log: &DriftLog) -> Result<Drift, InstrumentError> {
         least.map_or([0.0; 2], |k| [span_s[k], allan[c][k]])
     });
     Ok(Drift { length_s, trends, not_apart, span_s, allan, best })
+}
+
+/// Least difference between two readings that are not the same; without end where all are. Differences of rounding are none.
+fn step(readings: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = readings.collect();
+    sorted.sort_by(f64::total_cmp);
+    let greatest = sorted.iter().fold(0.0, |most: f64, reading| most.max(reading.abs()));
+    let differences = sorted.windows(2).map(|pair| pair[1] - pair[0]);
+    differences.filter(|d| *d > ROUNDING * greatest).fold(f64::INFINITY, f64::min)
+}
+
+/// Greatest less least.
+fn range(values: &[f64]) -> f64 {
+    let (low, high) =
+        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    high - low
 }
 
 fn together(a: &[f64], b: &[f64]) -> bool {

@@ -2,7 +2,7 @@
 
 use super::ForceFound;
 use crate::calib::Day;
-use crate::calib::instruments::{InstrumentError, toml_file};
+use crate::calib::instruments::{InstrumentError, doubt, toml_file};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -62,10 +62,16 @@ pub struct ForceFile {
     pub correction_sd: [[f64; 6]; 6],
     /// Lines of the table that the others contradict.
     pub misfits: Vec<u64>,
+    /// Lines of the table that were left out, as asked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<u64>,
+    /// What speaks against the whole, as sentences: a set takes no such file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<String>,
 }
 
 impl ForceFile {
-    /// The file of a calibration. `table`: name and hash of the weights' table.
+    /// The file of a calibration. `table`: name and hash of the weights' table; `left_out`: its lines that were not used.
     pub fn new(
         found: &ForceFound,
         frame: Frame,
@@ -73,6 +79,7 @@ impl ForceFile {
         serial: String,
         note: String,
         table: (String, String),
+        left_out: &[u64],
     ) -> Self {
         Self {
             format: FORMAT.to_owned(),
@@ -95,6 +102,17 @@ impl ForceFile {
             correction: found.correction,
             correction_sd: found.correction_sd,
             misfits: found.misfits.iter().map(|misfit| misfit.line).collect(),
+            left_out: left_out.to_vec(),
+            doubts: found.doubts(),
+        }
+    }
+
+    /// What speaks against its use, as sentences: what its maker was told, or gains that no sensor has.
+    pub fn doubts(&self) -> Vec<String> {
+        if self.doubts.is_empty() {
+            doubt::of_correction(&self.correction, self.told)
+        } else {
+            self.doubts.clone()
         }
     }
 

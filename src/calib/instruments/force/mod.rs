@@ -13,6 +13,7 @@ mod calibration;
 mod drift;
 mod file;
 mod outlier;
+mod two_sizes;
 mod weights;
 
 pub use calibration::{ForceFound, Known, calibrate_force};

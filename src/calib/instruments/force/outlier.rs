@@ -1,16 +1,23 @@
 //! Which weight do the others contradict?
 //!
-//! Each row is judged by the fit without it: its residual over the standard deviation of a prediction, t = r / (s₍ᵢ₎ √(1 − h)), is Student
-//! distributed with n − p − 1 degrees of freedom (Cook and Weisberg 1982, 2.2.2). Of the six readings together: each t is made the normal number
-//! of the same chance, the sum of their squares goes against χ² with 6 degrees of freedom, and p is multiplied by the number of rows
-//! (Bonferroni). Where one factor on the weight explains the residuals, that is
-//! said: the wrong weight was hung, or written down.
+//! The errors of a reading have two sizes: its noise, and what the weights' places and masses leave, as it is stated or less of it
+//! (`two_sizes`). Both are found from the table itself, for each reading and without the row that is judged: an unloaded row is held against
+//! the noise alone, and a table whose places are better than stated against what they are. Each row is judged twice:
 //!
-//! What the weights' places are known to is part of s: rows are divided by what their noise and places should leave, before.
+//! - **Against all others**, those at its own place too: is this weight what it is said to be? The six t are made the normal numbers of the
+//!   same chance, and the sum of their squares goes against χ² with 6 degrees of freedom. Where one factor on the weight explains what is
+//!   off, that is said: the wrong weight was hung, or written down.
+//! - **Against the model**, its place known as stated only: is this place what it is said to be? The greatest t of the six counts, its chance times
+//!   six, since what a place does shows in several readings at once.
+//!
+//! Chances are multiplied by the number of rows (Bonferroni), and the two judgements have half of [`CHANCE`] each.
+//!
+//! Tests: `tests/calibration/force.rs`: sound tables with places as stated, better, and exact; a wrong weight; a wrong place.
 
-use super::calibration::Known;
+use super::calibration::{Known, shared};
+use super::two_sizes::{Contrasts, RowOff, Sizes};
 use super::{COMPONENTS, Hold};
-use crate::calib::instruments::least_squares::Estimate;
+use crate::calib::instruments::least_squares::solve;
 use nalgebra::{DMatrix, DVector, SMatrix};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
@@ -59,132 +66,165 @@ impl std::fmt::Display for Misfit {
     }
 }
 
-/// Rows that the others contradict, worst first. `first`: where the columns of the wrench begin in the design `x`. One is named, taken away, and the rest looked at again.
-pub(super) fn misfits(
-    holds: &[Hold],
-    wrenches: &[[f64; 6]],
-    known: &Known,
-    (x, first): (&DMatrix<f64>, usize),
-    channels: &[Estimate],
-    a: &SMatrix<f64, 6, 6>,
-) -> Vec<Misfit> {
-    let mut left: Vec<usize> = (0..holds.len()).collect();
+/// What rows are judged by.
+pub(super) struct Judged<'a> {
+    pub(super) holds: &'a [Hold],
+    pub(super) wrenches: &'a [[f64; 6]],
+    pub(super) known: &'a Known,
+    /// The design, a row for each hold.
+    pub(super) x: &'a DMatrix<f64>,
+    /// Where the columns of the wrench begin in it.
+    pub(super) first: usize,
+    /// Sensitivities, near enough to say what a place that is off does to a reading.
+    pub(super) a: &'a SMatrix<f64, 6, 6>,
+}
+
+/// Rows that the others contradict, worst first. One is named, taken away, and the rest looked at again.
+pub(super) fn misfits(judged: &Judged<'_>) -> Vec<Misfit> {
+    let count = judged.holds.len();
+    let mut left: Vec<usize> = (0..count).collect();
     let mut named = Vec::new();
-    while left.len() > x.ncols() + 2 && named.len() < holds.len() / 4 {
-        let Some((at, misfit)) = worst(holds, wrenches, known, (x, first), channels, a, &left) else { break };
+    while left.len() > judged.x.ncols() + 3 && named.len() < count / 4 {
+        let Some((at, misfit)) = judged.worst(&left) else { break };
         named.push(misfit);
         left.remove(at);
     }
     named
 }
 
-/// What the other rows say of a reading in a row.
-#[derive(Debug, Clone, Copy, Default)]
-struct Off {
-    /// By how much it is off what they predict, and the standard deviation of that.
-    value: f64,
-    sd: f64,
-    /// The one over the other.
-    t: f64,
-    /// What they predict that the weight does to it.
-    answer: f64,
+/// One reading of the rows that are left.
+struct Channel {
+    contrasts: Contrasts,
+    sizes: Sizes,
 }
 
-fn worst(
-    holds: &[Hold],
-    wrenches: &[[f64; 6]],
-    known: &Known,
-    (x, first): (&DMatrix<f64>, usize),
-    channels: &[Estimate],
-    a: &SMatrix<f64, 6, 6>,
-    left: &[usize],
-) -> Option<(usize, Misfit)> {
-    let (n, p) = (left.len(), x.ncols());
-    let freedom = (n - p - 1) as f64;
-    let (student, normal) = (StudentsT::new(0.0, 1.0, freedom).ok()?, Normal::standard());
-    let mut scores = vec![0.0; n];
-    let mut detail = vec![[Off::default(); 6]; n];
-    for c in 0..6 {
-        // What is expected of a row, over what is expected of one without load.
-        let noise = robust(left.iter().map(|&i| channels[c].residuals[i]));
-        let spread = |i: usize| {
-            let places = place_sd(&holds[i], &wrenches[i], known, a, c);
-            (1.0 + (places / noise).powi(2)).sqrt()
+impl Judged<'_> {
+    /// None where the rows do not tell all columns.
+    fn channel(&self, rows: &[usize], c: usize) -> Option<Channel> {
+        let contrasts = Contrasts::new(&self.design(rows), &self.reading(rows, c), &self.common(rows, c))?;
+        let sizes = contrasts.sizes();
+        Some(Channel { contrasts, sizes })
+    }
+
+    fn design(&self, rows: &[usize]) -> DMatrix<f64> {
+        self.x.select_rows(rows)
+    }
+
+    fn reading(&self, rows: &[usize], c: usize) -> DVector<f64> {
+        DVector::from_iterator(rows.len(), rows.iter().map(|&i| self.holds[i].reading[c]))
+    }
+
+    /// Covariance of what rows share, as stated.
+    fn common(&self, rows: &[usize], c: usize) -> DMatrix<f64> {
+        let holds: Vec<Hold> = rows.iter().map(|&i| self.holds[i]).collect();
+        let wrenches: Vec<[f64; 6]> = rows.iter().map(|&i| self.wrenches[i]).collect();
+        // The scale of all weights is taken up by the sensitivities.
+        let known = Known { scale_share: 0.0, ..*self.known };
+        let mut common = DMatrix::zeros(rows.len(), rows.len());
+        for cause in shared(&holds, &wrenches, &known, &self.a.row(c).into()) {
+            common.ger(1.0, &cause, &cause, 1.0);
+        }
+        common
+    }
+
+    /// The row that is contradicted most, with its index in `left`.
+    fn worst(&self, left: &[usize]) -> Option<(usize, Misfit)> {
+        // A reading that the model explains to the last digit contradicts nothing.
+        let channels: Vec<(usize, Channel)> =
+            (0..6).filter_map(|c| Some((c, self.channel(left, c)?))).collect();
+        let of = |row: usize, way: Way| -> f64 {
+            let squares =
+                channels.iter().map(|(_, ch)| way(&ch.contrasts, row, ch.sizes, &ch.contrasts).t().powi(2));
+            squares.sum()
         };
-        let scaled = DMatrix::from_fn(n, p, |i, j| x[(left[i], j)] / spread(left[i]));
-        let y = DVector::from_fn(n, |i, _| holds[left[i]].reading[c] / spread(left[i]));
-        let inverse = (scaled.transpose() * &scaled).cholesky()?.inverse();
-        let beta = &inverse * (scaled.transpose() * &y);
-        let residual = &y - &scaled * &beta;
-        let sum = residual.norm_squared();
-        for i in 0..n {
-            let row = scaled.row(i).transpose();
-            let lever = &inverse * &row;
-            let free = (1.0 - row.dot(&lever)).max(1e-9);
-            let without = ((sum - residual[i].powi(2) / free).max(1e-6 * sum) / freedom).sqrt();
-            let t = residual[i] / (without * free.sqrt());
-            // Beyond 38 standard deviations a chance is zero in double precision.
-            scores[i] += normal.inverse_cdf(student.sf(t.abs()).max(1e-300)).powi(2);
-            let beta = &beta - lever * (residual[i] / free);
-            detail[i][c] = Off {
-                value: residual[i] / free * spread(left[i]),
-                sd: without / free.sqrt() * spread(left[i]),
-                t,
-                answer: (first..p).map(|j| x[(left[i], j)] * beta[j]).sum(),
-            };
+        let most = |way: Way| (0..left.len()).max_by(|&i, &j| of(i, way).total_cmp(&of(j, way)));
+        let by_weight = most(Contrasts::against_all)?;
+        let off = self.without(left, by_weight, &channels, Contrasts::against_all);
+        let chance = chance_of_all(&off)? * left.len() as f64;
+        if chance < 0.5 * CHANCE {
+            let as_mass_kg = self.as_mass(left, by_weight, &off);
+            return Some((by_weight, self.misfit(left[by_weight], &off, chance, as_mass_kg)));
+        }
+        let by_place = most(Contrasts::against_model)?;
+        let off = self.without(left, by_place, &channels, Contrasts::against_model);
+        let least = off.iter().map(|(_, off)| chance_of(off)).fold(1.0, f64::min);
+        let chance = least * (off.len() * left.len()) as f64;
+        (chance < 0.5 * CHANCE).then(|| (by_place, self.misfit(left[by_place], &off, chance, None)))
+    }
+
+    /// How far a row is off in each reading, judged by sizes that it has no part in.
+    fn without(
+        &self,
+        left: &[usize],
+        at: usize,
+        channels: &[(usize, Channel)],
+        way: Way,
+    ) -> Vec<(usize, RowOff)> {
+        let mut others = left.to_vec();
+        others.remove(at);
+        let one = |(c, whole): &(usize, Channel)| {
+            let known = self.channel(&others, *c)?;
+            Some((*c, way(&whole.contrasts, at, known.sizes, &known.contrasts)))
+        };
+        channels.iter().filter_map(one).collect()
+    }
+
+    fn misfit(
+        &self,
+        row: usize,
+        off: &[(usize, RowOff)],
+        chance: f64,
+        as_mass_kg: Option<[f64; 2]>,
+    ) -> Misfit {
+        let hold = &self.holds[row];
+        let most = off.iter().max_by(|(_, a), (_, b)| a.t().abs().total_cmp(&b.t().abs()));
+        let (component, off) = most.map_or((0, RowOff::default()), |(c, off)| (*c, *off));
+        Misfit {
+            line: hold.line,
+            component: COMPONENTS[component],
+            off: off.value,
+            sigmas: off.t().abs(),
+            p: chance.min(1.0),
+            as_mass_kg,
+            mass_kg: hold.mass_kg,
         }
     }
-    let at = (0..n).max_by(|&i, &j| scores[i].total_cmp(&scores[j]))?;
-    let chance = ChiSquared::new(6.0).ok()?.sf(scores[at]) * n as f64;
-    if chance >= CHANCE {
-        return None;
+
+    /// The factor on a weight that explains what its row is off, if one does; the others say what the weight does to each reading.
+    fn as_mass(&self, left: &[usize], at: usize, off: &[(usize, RowOff)]) -> Option<[f64; 2]> {
+        let mut others = left.to_vec();
+        let row = others.remove(at);
+        let (mut top, mut bottom, mut all) = (0.0, 0.0, 0.0);
+        for (c, RowOff { value, sd, .. }) in off {
+            let Sizes { noise2, share2 } = self.channel(&others, *c)?.sizes;
+            let unit = DMatrix::identity(others.len(), others.len()) * noise2;
+            let inverse = (self.common(&others, *c) * share2 + unit).cholesky()?.inverse();
+            let beta = solve(&self.design(&others), &self.reading(&others, *c), &inverse)?.beta;
+            let answer: f64 = (self.first..self.x.ncols()).map(|j| self.x[(row, j)] * beta[j]).sum();
+            top += answer * value / (sd * sd);
+            bottom += (answer / sd).powi(2);
+            all += (value / sd).powi(2);
+        }
+        let factor = top / bottom;
+        let rest = all - factor * top;
+        let explains = bottom > 0.0 && rest < EXPLAINED * all && 1.0 + factor > 0.0;
+        let mass_kg = self.holds[row].mass_kg;
+        explains.then(|| [mass_kg * (1.0 + factor), mass_kg / bottom.sqrt()])
     }
-    let hold = &holds[left[at]];
-    let c = (0..6).max_by(|&i, &j| detail[at][i].t.abs().total_cmp(&detail[at][j].t.abs()))?;
-    let misfit = Misfit {
-        line: hold.line,
-        component: COMPONENTS[c],
-        off: detail[at][c].value,
-        sigmas: detail[at][c].t.abs(),
-        p: chance.min(1.0),
-        as_mass_kg: as_mass(hold, &detail[at]),
-        mass_kg: hold.mass_kg,
-    };
-    Some((at, misfit))
 }
 
-/// The factor on a weight that explains what its row is off, if one does.
-fn as_mass(hold: &Hold, off: &[Off; 6]) -> Option<[f64; 2]> {
-    let (mut top, mut bottom, mut all) = (0.0, 0.0, 0.0);
-    for Off { value, sd, answer, .. } in off {
-        top += answer * value / (sd * sd);
-        bottom += (answer / sd).powi(2);
-        all += (value / sd).powi(2);
-    }
-    let factor = top / bottom;
-    let rest = all - factor * top;
-    let explains = bottom > 0.0 && rest < EXPLAINED * all && 1.0 + factor > 0.0;
-    explains.then(|| [hold.mass_kg * (1.0 + factor), hold.mass_kg / bottom.sqrt()])
+/// How a row is judged.
+type Way = fn(&Contrasts, usize, Sizes, &Contrasts) -> RowOff;
+
+/// Chance of being so far off, to either side.
+fn chance_of(off: &RowOff) -> f64 {
+    // Beyond 38 standard deviations a chance is zero in double precision.
+    StudentsT::new(0.0, 1.0, off.freedom).map_or(1.0, |student| (2.0 * student.sf(off.t().abs())).max(1e-300))
 }
 
-/// What the place of a weight, and the weight, add to the deviation of a reading.
-fn place_sd(hold: &Hold, wrench: &[f64; 6], known: &Known, a: &SMatrix<f64, 6, 6>, c: usize) -> f64 {
-    let force = nalgebra::Vector3::new(wrench[0], wrench[1], wrench[2]);
-    let answer: f64 = (0..6).map(|k| a[(c, k)] * wrench[k]).sum();
-    let mut variance = (known.mass_share * answer).powi(2);
-    for axis in 0..3 {
-        let turned = nalgebra::Vector3::ith(axis, 1.0).cross(&force);
-        let moment = hold.lever_m.cross(&turned);
-        let tilt: f64 = (0..3).map(|k| a[(c, k)] * turned[k] + a[(c, 3 + k)] * moment[k]).sum();
-        let shift: f64 = (0..3).map(|k| a[(c, 3 + k)] * turned[k]).sum();
-        variance += (known.direction_rad * tilt).powi(2) + (known.lever_m * shift).powi(2);
-    }
-    variance.sqrt()
-}
-
-/// Standard deviation by the median of sizes (× 1.4826, normal distribution), which a few large ones do not move.
-fn robust(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sizes: Vec<f64> = values.map(f64::abs).collect();
-    sizes.sort_by(f64::total_cmp);
-    (1.4826 * sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)).max(f64::MIN_POSITIVE)
+/// Chance of readings that are independent of each other and so far off together; none where nothing was read.
+fn chance_of_all(off: &[(usize, RowOff)]) -> Option<f64> {
+    let normal = Normal::standard();
+    let score: f64 = off.iter().map(|(_, off)| normal.inverse_cdf(0.5 * chance_of(off)).powi(2)).sum();
+    Some(ChiSquared::new(off.len() as f64).ok()?.sf(score))
 }

@@ -8,9 +8,9 @@
 //! at 1 %.
 
 use crate::calib::coverage::{Z95, half_90};
-use crate::calib::instruments::InstrumentError;
 use crate::calib::instruments::least_squares::generalised;
 use crate::calib::instruments::sheet::{FORCE, LENGTH, Sheet, TIME};
+use crate::calib::instruments::{InstrumentError, doubt};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::path::{Path, PathBuf};
@@ -24,6 +24,11 @@ const STEPS: usize = 20;
 const CHANCE: f64 = 0.01;
 /// A contact is one where the force rises by so many times its noise.
 const RISE: f64 = 10.0;
+
+/// Share of the slope in contact, and standard deviations, from which the first rows are in contact already: a drift of the zero rises more
+/// slowly, and noise alone does so in one press of a thousand.
+const AT_ONCE: f64 = 0.1;
+const AT_ONCE_SIGMAS: f64 = 3.0;
 
 /// A press on the block (m, N).
 #[derive(Debug, Clone, PartialEq)]
@@ -93,12 +98,21 @@ impl BlockPress {
         }
         Ok(Self { file: file.to_owned(), position_m, force_n })
     }
+
+    /// What speaks against the whole, as a sentence: a way in steps that no press has.
+    pub fn doubt(&self) -> Option<String> {
+        let (low, high) = self
+            .position_m
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(*z), h.max(*z)));
+        doubt::of_press(high - low)
+    }
 }
 
 /// Finds the compliance.
 ///
 /// # Errors
-/// [`InstrumentError::Singular`]: no contact, none before it, or a stage that yields less than its tip.
+/// [`InstrumentError::Singular`]: no contact, or a stage that yields less than its tip. [`InstrumentError::InContact`]: contact from the first row on.
 pub fn compliance(press: &BlockPress, tip: TipCompliance) -> Result<Compliance, InstrumentError> {
     let singular = |what| InstrumentError::Singular { file: press.file.clone(), what };
     let no_contact =
@@ -139,6 +153,11 @@ pub fn compliance(press: &BlockPress, tip: TipCompliance) -> Result<Compliance, 
     let slope = found.beta[1];
     let freedom = z.len() as f64 - 3.0;
     let noise_n = (sum / freedom).sqrt();
+    let rise_n = rises_at_once(press, contact, slope, noise_n);
+    if let Some(rise_n) = rise_n.filter(|_| slope > 0.0) {
+        let file = press.file.clone();
+        return Err(InstrumentError::InContact { file, rise_n, slope_n_per_m: slope });
+    }
     let x = design(z, contact, slope);
     let covariance =
         (x.transpose() * &x).cholesky().ok_or_else(|| singular(no_contact))?.inverse() * noise_n.powi(2);
@@ -165,6 +184,21 @@ pub fn compliance(press: &BlockPress, tip: TipCompliance) -> Result<Compliance, 
         bent_p: bent(z, &f, contact, slope),
         residuals_n: found.residuals.iter().copied().collect(),
     })
+}
+
+/// By how much the force rises over the first rows (N), where that is no noise and no small share of the slope in contact: they are in contact
+/// already. First is the half of what lies before contact that is farther from it, which a contact that stiffens does not reach.
+fn rises_at_once(press: &BlockPress, contact: f64, slope: f64, noise_n: f64) -> Option<f64> {
+    let mut rows: Vec<(f64, f64)> =
+        press.position_m.iter().copied().zip(press.force_n.iter().copied()).collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let before = rows.iter().filter(|row| row.0 < contact).count();
+    let first = &rows[..(before / 2).max(SIDE).min(rows.len())];
+    let mean = first.iter().map(|row| row.0).sum::<f64>() / first.len() as f64;
+    let squares: f64 = first.iter().map(|row| (row.0 - mean).powi(2)).sum();
+    let of_first = first.iter().map(|row| (row.0 - mean) * row.1).sum::<f64>() / squares;
+    let rises = of_first > AT_ONCE * slope && of_first > AT_ONCE_SIGMAS * noise_n / squares.sqrt();
+    rises.then(|| of_first * (first[first.len() - 1].0 - first[0].0))
 }
 
 /// Derivatives by zero, slope and place of contact.

@@ -2,14 +2,12 @@
 
 use super::{Compliance, Positioning};
 use crate::calib::Day;
-use crate::calib::instruments::{InstrumentError, toml_file};
+use crate::calib::instruments::{InstrumentError, doubt, toml_file};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// What the file begins with.
 const FORMAT: &str = "phantom-stage-calibration/1";
-/// A scale farther off than this is a wrong unit.
-const MOST_SCALE: f64 = 0.2;
 
 /// A stage's calibration with where it comes from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,6 +25,9 @@ pub struct StageFile {
     /// Yielding of stage, sensor and frame (m/N), with its standard deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compliance_m_per_n: Option<[f64; 2]>,
+    /// What speaks against the whole, as sentences: a set takes no such file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<String>,
     /// Each axis.
     pub axis: Vec<AxisFile>,
 }
@@ -87,7 +88,7 @@ impl AxisFile {
 }
 
 impl StageFile {
-    /// The file of a calibration. `tables`: name and hash of each.
+    /// The file of a calibration. `tables`: name and hash of each; `doubts`: what speaks against it.
     pub fn new(
         axes: &[Positioning],
         compliance: Option<&Compliance>,
@@ -95,6 +96,7 @@ impl StageFile {
         serial: String,
         note: String,
         tables: Vec<[String; 2]>,
+        doubts: Vec<String>,
     ) -> Self {
         Self {
             format: FORMAT.to_owned(),
@@ -103,8 +105,17 @@ impl StageFile {
             note,
             tables,
             compliance_m_per_n: compliance.map(|c| [c.m_per_n, c.sd_m_per_n]),
+            doubts,
             axis: axes.iter().map(AxisFile::new).collect(),
         }
+    }
+
+    /// What speaks against its use, as sentences: what its maker was told, or a travel that no stage has.
+    pub fn doubts(&self) -> Vec<String> {
+        if self.doubts.is_empty() {
+            return self.axis.iter().filter_map(|axis| doubt::of_travel(&axis.name, axis.range_m)).collect();
+        }
+        self.doubts.clone()
     }
 
     /// Its text.
@@ -127,11 +138,8 @@ impl StageFile {
             if pairs.iter().any(|[value, sd]| !(value.is_finite() && sd.is_finite() && *sd >= 0.0)) {
                 return refuse(format!("axis {:?}: a value or a deviation is no number", axis.name));
             }
-            if axis.scale[0].abs() > MOST_SCALE {
-                return refuse(format!(
-                    "axis {:?}: scale is off by {}; expected less than {MOST_SCALE}",
-                    axis.name, axis.scale[0]
-                ));
+            if let Some(doubt) = doubt::of_scale(&axis.name, 1.0 + axis.scale[0]) {
+                return refuse(doubt);
             }
         }
         if read

@@ -22,8 +22,8 @@
 
 use super::{Approach, StageReading, StageRuns};
 use crate::calib::coverage::{Z95, half_90};
-use crate::calib::instruments::InstrumentError;
 use crate::calib::instruments::least_squares::generalised;
+use crate::calib::instruments::{InstrumentError, doubt};
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -87,6 +87,17 @@ pub struct Positioning {
     pub scatter_m: f64,
     /// Rows that the other runs contradict. They are kept.
     pub strange: Vec<Strange>,
+}
+
+impl Positioning {
+    /// What speaks against the whole, as sentences: a way that no stage makes, with the unit that explains it, or a travel that none has.
+    pub fn doubts(&self) -> Vec<String> {
+        let target = |at: Option<&At>| at.map_or(0.0, |at| at.target_m);
+        let range_m = [target(self.at.first()), target(self.at.last())];
+        let doubts =
+            [doubt::of_scale(&self.axis, 1.0 + self.scale.value), doubt::of_travel(&self.axis, range_m)];
+        doubts.into_iter().flatten().collect()
+    }
 }
 
 /// Names of [`Positioning::iso`].

@@ -11,6 +11,7 @@
 
 use crate::calib::instruments::InstrumentError;
 use crate::calib::instruments::sheet::{LENGTH, PLAIN, Sheet, TIME};
+use crate::units::counted;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -106,7 +107,10 @@ impl StageRuns {
         };
         let targets = self.targets();
         if targets.len() < 3 {
-            return refuse(format!("{} targets; at least 3 are needed, better 5", targets.len()));
+            return refuse(format!(
+                "{}; at least 3 are needed, better 5",
+                counted(targets.len(), "target", "targets")
+            ));
         }
         let mut runs: Vec<u32> = self.rows.iter().map(|row| row.run).collect();
         runs.sort_unstable();

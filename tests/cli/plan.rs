@@ -1,0 +1,87 @@
+//! `plan`: what it draws over, what it says of a camera that nobody has placed, and how much it says will be recorded.
+
+use super::{names, run, utf8};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn rigs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs")
+}
+
+fn protocol(name: &str) -> PathBuf {
+    rigs().join("protocols").join(name)
+}
+
+#[test]
+fn a_drawing_replaces_a_drawing_and_nothing_else() {
+    let place = tempfile::tempdir().expect("a folder");
+    let (plan, notes, other) =
+        (place.path().join("plan.svg"), place.path().join("notes.md"), place.path().join("logo.svg"));
+    let (rig, protocol) = (rigs().join("sim.toml"), protocol("five-pokes.toml"));
+    let draw = |file: &Path, more: &[&str]| {
+        let arguments = ["plan", utf8(&protocol), "--rig", utf8(&rig), "--draw", utf8(file)];
+        run(&[&arguments[..], more].concat())
+    };
+    let drawn = |file: &Path| fs::read_to_string(file).expect("a file").starts_with("<svg");
+    for _ in 0..2 {
+        let (code, text, stderr) = draw(&plan, &[]);
+        assert!(code == 0 && text.contains("Drawn: ") && drawn(&plan), "{text}{stderr}");
+    }
+    fs::write(&notes, "years").expect("writable");
+    fs::write(&other, "<svg xmlns=\"http://www.w3.org/2000/svg\"></svg>\n").expect("writable");
+    for file in [&notes, &other] {
+        let before = fs::read(file).expect("a file");
+        let (code, text, stderr) = draw(file, &[]);
+        assert_eq!((code, text.as_str()), (1, ""), "{stderr}");
+        assert!(stderr.contains("exists; choose another name or pass --force"), "{stderr}");
+        assert_eq!(fs::read(file).expect("a file"), before);
+    }
+    assert_eq!(draw(&notes, &["--force"]).0, 0);
+    assert!(drawn(&notes));
+    let (code, _, stderr) = draw(place.path(), &["--force"]);
+    assert!(code == 1 && stderr.contains("is a folder"), "{stderr}");
+    assert_eq!(run(&["plan", utf8(&protocol), "--rig", utf8(&rig), "--force"]).0, 2);
+    assert_eq!(names(place.path()), ["logo.svg", "notes.md", "plan.svg"]);
+}
+
+#[test]
+fn pictures_that_give_no_markers_are_noted() {
+    let place = tempfile::tempdir().expect("a folder");
+    let text = fs::read_to_string(rigs().join("sim-camera.toml")).expect("the rig file that comes with it");
+    let named = "registration = \"sim-camera-registration.toml\"";
+    assert!(text.contains(named));
+    let rig = place.path().join("rig.toml");
+    fs::write(&rig, text.replacen(named, "# nobody knows", 1)).expect("writable");
+    let plan = |name: &str, more: &[&str]| {
+        run(&[&["plan", utf8(&protocol(name)), "--rig", utf8(&rig)][..], more].concat())
+    };
+    let (code, text, stderr) = plan("five-pokes.toml", &[]);
+    assert!(
+        code == 3 && text.contains("note: the rig file does not say where the camera stands"),
+        "{text}{stderr}"
+    );
+    assert!(text.contains("calibrate registration"), "{text}");
+    let (code, text, _) = plan("five-pokes.toml", &["--json"]);
+    let json: Value = serde_json::from_str(&text).expect("JSON");
+    assert!(code == 3 && json["without_markers"].is_string(), "{json}");
+    // What is to find it out pokes nothing.
+    let (code, text, stderr) = plan("look.toml", &[]);
+    assert!(code == 0 && !text.contains("note:"), "{text}{stderr}");
+}
+
+/// Against what runs of these protocols left on the disk: 122.0 and 652.0 MB.
+#[test]
+fn what_will_be_recorded_is_about_what_was() {
+    let rig = rigs().join("sim-camera.toml");
+    for (name, recorded_mb) in [("look.toml", 122.0), ("five-pokes.toml", 652.0)] {
+        let protocol = protocol(name);
+        let arguments = ["plan", utf8(&protocol), "--rig", utf8(&rig)];
+        let (code, text, stderr) = run(&arguments);
+        assert!(code == 0 && text.contains("stage 50/s") && text.contains("; about "), "{text}{stderr}");
+        let (_, text, _) = run(&[&arguments[..], &["--json"]].concat());
+        let json: Value = serde_json::from_str(&text).expect("JSON");
+        let stated_mb = 1e-6 * json["data_bytes"].as_f64().expect("a number");
+        assert!((0.85..1.15).contains(&(stated_mb / recorded_mb)), "{name}: {stated_mb} MB");
+    }
+}
