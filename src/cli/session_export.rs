@@ -1,6 +1,6 @@
 //! `session export`: a session's data as tables, or sessions as a recording bundle to be fitted.
 
-use super::look::{late, missing, placed, seen};
+use super::look::{late, missing, seen};
 use super::recorded_run::MESH;
 use super::session::{SessionPath, holds_anything, rescued};
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
@@ -57,24 +57,19 @@ pub(super) fn export(arguments: &ExportArguments, context: &Context) -> anyhow::
     for folder in &arguments.more {
         sessions.push(Session::open(folder)?);
     }
-    if arguments.bundle.is_some() {
-        // Before anything is written.
-        for session in &sessions {
-            placed(session, arguments.registration.as_deref())?;
-        }
-    }
     let mut told = Vec::new();
-    if let Some(folder) = &arguments.csv {
-        let staged = StagedFolder::new(folder, Kind::Tables, arguments.force)?;
-        let files = session.export_csv(staged.path())?.len();
-        staged.finish()?;
-        told.push(format!("{}: {files} tables", folder.display()));
-    }
+    // First: where it is refused, no tables are written either.
     let mut bundled = None;
     if let Some(folder) = &arguments.bundle {
         let written = bundle(folder, &sessions, arguments, context, &mut told)?;
         told.extend(written.remarks.iter().map(|r| format!("note: {r}")));
         bundled = Some(written);
+    }
+    if let Some(folder) = &arguments.csv {
+        let staged = StagedFolder::new(folder, Kind::Tables, arguments.force)?;
+        let files = session.export_csv(staged.path())?.len();
+        staged.finish()?;
+        told.push(format!("{}: {files} tables", folder.display()));
     }
     let of = bundled.as_ref();
     let remarks = of.map_or(&[][..], |b| b.remarks.as_slice());

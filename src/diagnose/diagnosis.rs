@@ -92,7 +92,7 @@ pub struct Verdict {
     pub unexplained: bool,
     /// The effects that explain it together though not all of them are entries ([`Verdict::unexplained`]); empty where nothing is known that does.
     pub explained_by: Vec<Physics>,
-    /// Probability that the verdict is right, as calibrated on simulated sessions.
+    /// Probability that the verdict is right: what speaks for it, weighed by hand. `prove` shows how well.
     pub confidence: f64,
     /// Entries that the recording cannot tell from those named.
     pub ambiguous_with: Vec<Physics>,

@@ -7,7 +7,7 @@ use super::effects::{Band, Effects, Slack, Term};
 use super::extra::Large;
 use super::large::StiffeningLaw;
 use super::physics::Physics;
-use super::sticky::Sticky;
+use super::sticky::{SMALLEST_SLIP_M, Sticky};
 use super::uneven::Unevenness;
 use num_dual::DualNum;
 
@@ -153,7 +153,7 @@ impl Knob {
             Self::Drying => ([-0.01, 0.01], 1e-3),
             Self::Gap(_) => ([0.0, 4e-3], 3e-4),
             Self::StickyRatio => ([0.02_f64.ln(), 20.0_f64.ln()], 0.5),
-            Self::StickySlip => ([1e-6_f64.ln(), 5e-3_f64.ln()], 0.4),
+            Self::StickySlip => ([SMALLEST_SLIP_M.ln(), 5e-3_f64.ln()], 0.4),
             Self::Friction => ([0.01_f64.ln(), 3.0_f64.ln()], 0.4),
             Self::Late => ([0.0, 2e-3], 1e-4),
             Self::Backlash => ([0.0, 1.5e-3], 1e-4),

@@ -346,7 +346,8 @@ impl Law {
         DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| {
             let (disc, axis) = (j / 3, j % 3);
             (0..3)
-                .filter(|&l| self.k[disc][l][axis].re != 0.0)
+                // One that is zero here may not stay so: a slider that turns.
+                .filter(|&l| self.k[disc][l][axis].re != 0.0 || self.k[disc][l][axis].eps.0.is_some())
                 .map(|l| m[(i, 3 * disc + l)] * self.k[disc][l][axis])
                 .sum()
         })

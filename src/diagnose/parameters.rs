@@ -21,7 +21,7 @@ pub(super) fn parameters(
         .iter()
         .map(|&physics| {
             let mut parameters: Vec<Parameter> = Vec::new();
-            let share = position(model, fitted, Knob::Softening).map_or(0.0, |i| fitted.at[i]);
+            let share = softened(model, fitted);
             for (i, knob) in fitted.acting.knobs.iter().enumerate().filter(|(_, k)| k.physics() == physics) {
                 // Both tilts of an axis say one direction.
                 if matches!(knob, Knob::Bulk(BulkKnob::Turn(_))) {
@@ -45,6 +45,11 @@ pub(super) fn parameters(
             Found { physics, parameters, law }
         })
         .collect()
+}
+
+/// Share of the stress that is lost by softening; none where nothing softens.
+fn softened(model: &Model<'_>, fitted: &Fitted) -> f64 {
+    position(model, fitted, Knob::Softening).map_or(0.0, |i| fitted.at[i])
 }
 
 /// Standard deviation that elements and simplified laws leave of what changes the body, as seen on recordings of other finite-element codes
@@ -85,7 +90,7 @@ const SCALE: f64 = 1.6;
 /// Relative standard deviation of the modulus by what elements and simplified laws leave of the effects' own parameters: each moves it as chance
 /// would (`covariance` of all parameters, the modulus first, by its logarithm).
 pub(super) fn modulus_by_model(model: &Model<'_>, fitted: &Fitted, covariance: &DMatrix<f64>) -> f64 {
-    let share = position(model, fitted, Knob::Softening).map_or(0.0, |i| fitted.at[i]);
+    let share = softened(model, fitted);
     let moved = |(i, knob): (usize, &Knob)| {
         let at = model.base() + i;
         through(covariance, at, by_model(*knob, fitted.at[at], share))

@@ -380,8 +380,8 @@ fn reading(Explained { model, fitted }: Explained<'_>) -> Result<Reading, Diagno
     let held_out = fitted.held_out(model).ok_or(DiagnoseError::Singular)?;
     let value = fitted.at[0].exp();
     let excess = (fitted.chi2() / fitted.values() as f64).max(1.0);
-    let besides = model.settled.modulus_error()?.hypot(common_gain(model, fitted));
-    let besides = besides.hypot(modulus_by_model(model, fitted, &covariance));
+    let of_effects = common_gain(model, fitted).hypot(modulus_by_model(model, fitted, &covariance));
+    let besides = model.settled.modulus_error()?.hypot(of_effects);
     let relative = (covariance[(0, 0)] * excess + besides.powi(2)).sqrt();
     Ok(Reading {
         young_modulus_pa: Estimate { value, sd: value * relative },

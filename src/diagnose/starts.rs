@@ -10,6 +10,7 @@ use super::model::Model;
 use super::physics::Physics;
 use super::refit::Fitted;
 use super::scan::Scan;
+use super::sticky::SMALLEST_SLIP_M;
 use super::uneven;
 use rayon::prelude::*;
 
@@ -41,8 +42,6 @@ const INSTRUMENTS: [Physics; 5] = [
     Physics::ForceDrift,
     Physics::ForceGain,
 ];
-/// A restraint that slips sooner (m) is glue.
-const SMALLEST_SLIP_M: f64 = 1e-6;
 
 /// All starts from a fitted reading.
 pub(super) fn starts(model: &Model<'_>, current: &Fitted) -> Vec<Start> {

@@ -21,6 +21,9 @@ pub(super) struct Sticky {
     pub slip_m: Dual,
 }
 
+/// A restraint that slips sooner (m) is glue.
+pub(super) const SMALLEST_SLIP_M: f64 = 1e-6;
+
 /// A direction that turns by less than this is the same.
 const SAME: f64 = 1e-6;
 

@@ -153,6 +153,18 @@ pub(crate) struct StageBench {
 }
 
 impl StageBench {
+    /// A usable one: 0.8 mm/m too long, with 15 µm of backlash.
+    pub(crate) fn usual() -> Self {
+        Self {
+            scale: 8e-4,
+            screw_m: 2e-6,
+            pitch_m: 2e-3,
+            backlash_m: 15e-6,
+            backlash_varies_m: 1e-6,
+            scatter_m: 1e-6,
+        }
+    }
+
     /// Rows of target, reading, whether it came from below, and run.
     pub(crate) fn table(&self, runs: u32, targets: &[f64], dice: &mut Dice) -> Vec<(f64, f64, bool, u32)> {
         let phase = 6.0 * dice.unit();

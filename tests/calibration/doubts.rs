@@ -153,13 +153,6 @@ fn a_press_begins_before_contact_and_in_millimetres() {
 }
 
 fn sound_rows() -> Vec<(f64, f64, bool, u32)> {
-    let bench = StageBench {
-        scale: 8e-4,
-        screw_m: 2e-6,
-        pitch_m: 2e-3,
-        backlash_m: 15e-6,
-        backlash_varies_m: 1e-6,
-        scatter_m: 1e-6,
-    };
+    let bench = StageBench::usual();
     bench.table(5, &[1e-3, 7.3e-3, 12.1e-3, 19.8e-3, 24.6e-3, 31.7e-3], &mut Dice::new(8))
 }

@@ -19,14 +19,7 @@ fn weights(place: &Path) -> std::path::PathBuf {
 }
 
 fn runs(place: &Path) -> std::path::PathBuf {
-    let bench = StageBench {
-        scale: 8e-4,
-        screw_m: 2e-6,
-        pitch_m: 2e-3,
-        backlash_m: 15e-6,
-        backlash_varies_m: 1e-6,
-        scatter_m: 1e-6,
-    };
+    let bench = StageBench::usual();
     let file = place.join("gauge.csv");
     let targets = [1e-3, 7.3e-3, 12.1e-3, 19.8e-3, 24.6e-3, 31.7e-3];
     fs::write(&file, stage_csv(&bench.table(5, &targets, &mut Dice::new(8)))).expect("writable");

@@ -92,14 +92,7 @@ fn pages_of_instruments_are_drawn() {
     let mut dice = Dice::new(21);
     let bench = ForceBench::new(&mut dice);
     let weights = kept("weights.csv", weights_csv(&bench.table(&mut dice)));
-    let axis = StageBench {
-        scale: 8e-4,
-        screw_m: 2e-6,
-        pitch_m: 2e-3,
-        backlash_m: 15e-6,
-        backlash_varies_m: 1e-6,
-        scatter_m: 1e-6,
-    };
+    let axis = StageBench::usual();
     let gauge =
         kept("gauge.csv", stage_csv(&axis.table(5, &[1e-3, 7.3e-3, 12.1e-3, 19.8e-3, 24.6e-3], &mut dice)));
     let block = kept("block.csv", press_csv(&press(92e-6, 30_000.0, 0.03, &mut dice)));

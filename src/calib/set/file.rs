@@ -226,6 +226,12 @@ impl CalibrationSet {
     }
 }
 
+/// First and last day on which the set of this text holds; none of a text that is none.
+pub fn valid_days(text: &str) -> Option<[Day; 2]> {
+    let keys: Keys = toml::from_str(text).ok()?;
+    Some([keys.valid_from, keys.valid_until])
+}
+
 /// Place and text of a file that a set names, if it is still what it was.
 fn named(set: &Path, part: &Part) -> Result<(PathBuf, String), SetError> {
     let file = set.parent().unwrap_or(Path::new("")).join(&part.file);

@@ -12,4 +12,4 @@ mod file;
 
 pub use draft::{Draft, Drafted};
 pub use error::SetError;
-pub use file::{CalibrationSet, Doubt, Part};
+pub use file::{CalibrationSet, Doubt, Part, valid_days};

@@ -11,10 +11,10 @@ use crate::calib::Day;
 use crate::calib::instruments::InstrumentError;
 use crate::calib::instruments::force::{ForceFile, Frame};
 use crate::calib::instruments::stage::StageFile;
+use crate::calib::set::valid_days;
 use crate::device::{AXES, Mounting, SensorMounting};
 use crate::geometry::{Mat3, Vec3};
 use crate::session::{CalibrationDocument, StartDocument};
-use serde::Deserialize;
 use std::path::Path;
 
 /// The calibration of one session.
@@ -30,19 +30,12 @@ pub(super) struct Calibrated {
     pub(super) doubt: Option<String>,
 }
 
-/// What a calibration set says of the days on which it holds.
-#[derive(Debug, Deserialize)]
-struct Validity {
-    valid_from: Day,
-    valid_until: Day,
-}
-
 /// That a session was not recorded on a day on which its calibration set holds; nothing where it was, or where nobody knows.
 fn out_of_date(name: &str, set: &str, started_utc: &str) -> Option<String> {
-    let Validity { valid_from, valid_until } = toml::from_str(set).ok()?;
+    let [from, until] = valid_days(set)?;
     let recorded = Day::of_time(started_utc).ok()?;
-    (!(valid_from..=valid_until).contains(&recorded)).then(|| {
-        format!("calibration set {name:?} holds from {valid_from} until {valid_until}; it was used on what was recorded on {recorded}")
+    (!(from..=until).contains(&recorded)).then(|| {
+        format!("calibration set {name:?} holds from {from} until {until}; it was used on what was recorded on {recorded}")
     })
 }
 
