@@ -1,7 +1,7 @@
 //! The extended model of a whole recording: parameters → misfit of every poke, with its normal equations.
 //!
 //! Parameters, in this order: the logarithm of the modulus; for every patch the logarithm of its stiffness, then its
-//! shifts (m); the share of what finer elements would change; the knobs of the effects; and, for what the elements get wrong, a share of the force and a share of the
+//! shifts (m) and, of glue, the logarithm of its radius; the share of what finer elements would change; the knobs of the effects; and, for what the elements get wrong, a share of the force and a share of the
 //! markers' motion at every site, each with a known small standard deviation.
 
 use super::body::{Body, body};
@@ -76,6 +76,8 @@ pub(super) struct Model<'a> {
     patches: Vec<Patch>,
     /// Patch that each of the baseline's parameters belongs to.
     owner: Vec<Option<usize>>,
+    /// Where patches are and how large, as far as it is fitted: these parameters follow the logarithms.
+    places: Vec<Parameter>,
     /// Parameter of the share of what finer elements change.
     finer: Option<usize>,
     /// Standard deviations of a row's force (N) and of a marker in one frame (m), along each axis.
@@ -171,6 +173,7 @@ impl<'a> Model<'a> {
             settled,
             patches,
             owner,
+            places: shifts.into_iter().map(|(place, _)| place).collect(),
             tracks,
             timeline,
             force_sd: noise.force_n,
@@ -199,6 +202,12 @@ impl<'a> Model<'a> {
     /// Number of the baseline's parameters that are logarithms, which come first; the others are shifts (m).
     pub(super) fn logarithms(&self) -> usize {
         1 + self.patches.iter().filter(|patch| patch.log_stiffness.is_some()).count()
+    }
+
+    /// Whether a parameter is the logarithm of a patch's radius.
+    pub(super) fn is_radius(&self, parameter: usize) -> bool {
+        let place = parameter.checked_sub(self.logarithms()).and_then(|i| self.places.get(i));
+        matches!(place, Some(Parameter::LogRadius(_)))
     }
 
     /// Number of patches of the baseline.

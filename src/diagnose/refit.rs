@@ -37,6 +37,10 @@ const LONGEST: [f64; 2] = [0.5, 2e-3];
 /// Farthest that a patch may go from where the baseline has it (m): beyond, its compliance is no longer known.
 const FARTHEST_M: f64 = 5e-3;
 
+/// By how much a patch's radius may differ from the baseline's (logarithm), likewise, and the longest step of it.
+const FARTHEST_LOG_RADIUS: f64 = 0.2;
+const LONGEST_LOG_RADIUS: f64 = 0.1;
+
 /// Largest share of what finer elements change.
 const MOST_FINER: f64 = 3.0;
 
@@ -288,6 +292,7 @@ fn bounded_step(
             Some(Some(knob)) => model.range(*knob),
             Some(None) => return [f64::NEG_INFINITY, f64::INFINITY],
             None if model.is_finer(i) => ([-MOST_FINER, MOST_FINER], 1.0),
+            None if model.is_radius(i) => ([-FARTHEST_LOG_RADIUS, FARTHEST_LOG_RADIUS], LONGEST_LOG_RADIUS),
             None if i < model.logarithms() => ([f64::NEG_INFINITY, f64::INFINITY], LONGEST[0]),
             None => ([-FARTHEST_M, FARTHEST_M], LONGEST[1]),
         };

@@ -3,7 +3,7 @@
 //! 1. A hum of the force sensor is taken off. The baseline: the default fit, then all rows in time under the same model.
 //! 2. Every entry of the catalogue at first order; the best refitted in full; one by one, as long as they earn it
 //!    ([`select`](super::select)). Where they leave something, restraint is looked for anew under the best of them, and entries once more
-//!    ([`anew`](super::anew)).
+//!    ([`anew`](super::anew)); where they leave nothing, under what was chosen.
 //!    A ball of another modulus is then refitted on elements that resolve it.
 //! 3. Is there a mismatch at all, where, and does what was chosen leave only noise?
 //! 4. How surely ([`verdict`](super::verdict)).
@@ -124,7 +124,12 @@ impl Run<'_> {
             selection = Selection::new(model).ok_or(DiagnoseError::Singular)?;
             self.select(model, &mut selection, most)?;
         }
-        let readings = worth_it(model, &selection);
+        // What explains all was chosen beside a restraint that was found without it.
+        let quiet = selection.leaves_nothing(model).ok_or(DiagnoseError::Singular)?;
+        let readings = match selection.chosen.filter(|_| quiet) {
+            Some(chosen) => vec![selection.tried[chosen].clone()],
+            None => worth_it(model, &selection),
+        };
         let before = plain.unwrap_or(Explained { model, fitted: &selection.base });
         let before = Beyond::noise(&left(before.model, before.fitted)?);
         let acting = readings.first().map_or(0, |tried| tried.physics.len());
@@ -135,7 +140,7 @@ impl Run<'_> {
             None => true,
         };
         let done = look + 1 == LOOKS.len() || acting == effects;
-        if done || hopeless || selection.leaves_nothing(model).ok_or(DiagnoseError::Singular)? {
+        if done || hopeless || (quiet && selection.chosen.is_none()) {
             self.select(model, &mut selection, MOST)?;
             return self.said(model, selection, plain);
         }
@@ -203,6 +208,7 @@ impl Run<'_> {
         let after = left(model, chosen)?;
         let mut judged = judge(model, selection, plain, before, &after, self.settings.false_alarm);
         judged.doubt_stiffening(model, chosen);
+        judged.doubt_ball(model, chosen);
         if !judged.verdict.blamed().is_empty() {
             judged.remarks.extend(of_law.into_iter().chain(of_gains));
         }

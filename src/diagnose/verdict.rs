@@ -1,6 +1,7 @@
 //! What is said.
 
 use super::beyond::Beyond;
+use super::bulk::BulkKnob;
 use super::confidence::{LEAST_CONFIDENCE, PLAIN_SD, confidence, nothing_left_out, unlisted};
 use super::diagnosis::{Estimate, Evidence, Phase, Verdict};
 use super::extra::Shelf;
@@ -241,6 +242,12 @@ const SHORT_OF_DEPTH: f64 = 0.7;
 /// A modulus this many standard deviations outside the range that the operator expects is doubted.
 const DOUBTED_SD: f64 = 3.0;
 
+/// Whether a value (m) lies at an end of its range.
+fn at_an_end((value, [low, high]): (f64, [f64; 2])) -> bool {
+    const CLOSE_M: f64 = 1e-5;
+    (value - low).min(high - value) < CLOSE_M
+}
+
 impl Judged {
     /// Whether nothing is named, though an entry of the catalogue might be to blame.
     pub(super) fn doubted(&self) -> bool {
@@ -301,6 +308,24 @@ impl Judged {
              only: stiffening stands for large strain of any kind"
                 .to_owned(),
         );
+    }
+
+    /// A ball that would leave the body if it could stands in for something at its surface, such as restraint of another kind than was found.
+    pub(super) fn doubt_ball(&mut self, model: &Model<'_>, chosen: &Fitted) {
+        if !self.verdict.blamed().contains(&Physics::Inclusion) {
+            return;
+        }
+        let centre = chosen.acting.knobs.iter().enumerate().filter_map(|(i, knob)| {
+            matches!(knob, Knob::Bulk(BulkKnob::BallCentre(_)))
+                .then(|| (chosen.at[model.base() + i], model.range(*knob).0))
+        });
+        if centre.into_iter().any(at_an_end) {
+            self.verdict.confidence = self.verdict.confidence.min(LEAST_CONFIDENCE);
+            self.remarks.push(
+                "the ball is centred on the surface of the phantom: restraint of another kind than was found there may look the same"
+                    .to_owned(),
+            );
+        }
     }
 
     /// Why one of the readings tried is, or is not, the verdict.
@@ -406,6 +431,14 @@ mod tests {
         ] {
             assert_eq!(Standing::of(shows, sure, earned, &evidence), expected, "{shows} {sure} {earned:?}");
         }
+    }
+
+    /// A ball 10 µm from a side is at it; one a millimetre inside is not.
+    #[test]
+    fn a_ball_on_the_surface_is_at_an_end_of_its_range() {
+        let range = [0.0, 0.025];
+        assert!(at_an_end((0.0, range)) && at_an_end((0.025, range)) && at_an_end((5e-6, range)));
+        assert!(!at_an_end((1e-3, range)) && !at_an_end((0.024, range)));
     }
 
     /// A camera's scale that earns 27 times what is asked acts, whether or not a gain beside it earns more than chance may.
