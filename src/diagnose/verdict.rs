@@ -243,7 +243,7 @@ const SHORT_OF_DEPTH: f64 = 0.7;
 const DOUBTED_SD: f64 = 3.0;
 
 /// Whether a value (m) lies at an end of its range.
-fn at_an_end((value, [low, high]): (f64, [f64; 2])) -> bool {
+fn at_an_end(value: f64, [low, high]: [f64; 2]) -> bool {
     const CLOSE_M: f64 = 1e-5;
     (value - low).min(high - value) < CLOSE_M
 }
@@ -315,11 +315,9 @@ impl Judged {
         if !self.verdict.blamed().contains(&Physics::Inclusion) {
             return;
         }
-        let centre = chosen.acting.knobs.iter().enumerate().filter_map(|(i, knob)| {
-            matches!(knob, Knob::Bulk(BulkKnob::BallCentre(_)))
-                .then(|| (chosen.at[model.base() + i], model.range(*knob).0))
-        });
-        if centre.into_iter().any(at_an_end) {
+        let ball = |knob: &Knob| matches!(knob, Knob::Bulk(BulkKnob::BallCentre(_)));
+        let mut centre = chosen.acting.knobs.iter().enumerate().filter(|(_, knob)| ball(knob));
+        if centre.any(|(i, knob)| at_an_end(chosen.at[model.base() + i], model.range(*knob).0)) {
             self.verdict.confidence = self.verdict.confidence.min(LEAST_CONFIDENCE);
             self.remarks.push(
                 "the ball is centred on the surface of the phantom: restraint of another kind than was found there may look the same"
@@ -437,8 +435,8 @@ mod tests {
     #[test]
     fn a_ball_on_the_surface_is_at_an_end_of_its_range() {
         let range = [0.0, 0.025];
-        assert!(at_an_end((0.0, range)) && at_an_end((0.025, range)) && at_an_end((5e-6, range)));
-        assert!(!at_an_end((1e-3, range)) && !at_an_end((0.024, range)));
+        assert!(at_an_end(0.0, range) && at_an_end(0.025, range) && at_an_end(5e-6, range));
+        assert!(!at_an_end(1e-3, range) && !at_an_end(0.024, range));
     }
 
     /// A camera's scale that earns 27 times what is asked acts, whether or not a gain beside it earns more than chance may.

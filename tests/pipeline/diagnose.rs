@@ -273,6 +273,24 @@ fn a_late_camera_is_named() {
     assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.02);
 }
 
+/// A band that the default fit takes for something else while the tip is late: once the lateness explains everything, restraint is looked for
+/// again.
+#[test]
+fn restraint_is_found_again_under_what_explains_everything() {
+    let (stiffness_n_per_m, gap_m) = (170.0, 2e-4);
+    let mut world = session(82, vec![Effect::Rig(Rig::LateContact { gap_m })]);
+    world.holds = vec![Hold::Springs { patch: 0, stiffness_n_per_m }];
+    for poke in &mut world.pokes {
+        poke.direction = world.phantom.sites[poke.site].inward;
+    }
+    let diagnosis = quickly(&world.record(phantom()).expect("a recording"));
+    assert_eq!(diagnosis.verdict.physics, [Physics::LateContact]);
+    assert_close(parameter(&diagnosis, Physics::LateContact, "gap_m"), gap_m, 0.02);
+    assert!(diagnosis.baseline.restraint_total_n_per_m < 0.5 * stiffness_n_per_m);
+    assert_close(diagnosis.extended.restraint_total_n_per_m, stiffness_n_per_m, 0.05);
+    assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.003);
+}
+
 /// Glue let go within 13 mm of (36, 50) mm; the modulus is 10.5 kPa.
 #[test]
 fn loose_glue_is_found_in_a_third_party_recording() {
