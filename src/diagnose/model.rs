@@ -74,10 +74,8 @@ pub(super) struct Model<'a> {
     /// The baseline's body.
     pub body: Body,
     patches: Vec<Patch>,
-    /// Patch that each of the baseline's parameters belongs to.
-    owner: Vec<Option<usize>>,
-    /// Where patches are and how large, as far as it is fitted: these parameters follow the logarithms.
-    places: Vec<Parameter>,
+    /// The baseline's parameters but the share of what finer elements change, in order; of springs the stiffness in the place of the softness.
+    baseline: Vec<Parameter>,
     /// Parameter of the share of what finer elements change.
     finer: Option<usize>,
     /// Standard deviations of a row's force (N) and of a marker in one frame (m), along each axis.
@@ -138,20 +136,19 @@ impl<'a> Model<'a> {
             return Err(DiagnoseError::TooManyPatches { patches: at.state.patches.len() });
         }
         // Where there are more places than a march can be differentiated by, the last found stay where they are.
-        let places = at.parameters.iter().filter_map(|parameter| match parameter {
-            Parameter::Shift(patch, _) | Parameter::LogRadius(patch) => Some((*parameter, *patch)),
-            Parameter::LogModulus | Parameter::LogSoftness(_) => None,
-        });
-        let shifts: Vec<(Parameter, usize)> = places.take(MOST - ROOM - 1 - first_shift).collect();
-        let index_of =
-            |parameter: Parameter| shifts.iter().position(|(p, _)| *p == parameter).map(|i| first_shift + i);
+        let places =
+            at.parameters.iter().filter(|p| matches!(p, Parameter::Shift(..) | Parameter::LogRadius(_)));
+        let logarithms =
+            std::iter::once(Parameter::LogModulus).chain(softs.iter().map(|&p| Parameter::LogSoftness(p)));
+        let baseline: Vec<Parameter> =
+            logarithms.chain(places.copied().take(MOST - ROOM - 1 - first_shift)).collect();
+        let index_of = |parameter: Parameter| baseline.iter().position(|p| *p == parameter);
         let mut body = body(settled, &index_of)?;
         let lab = bulk::Lab::new(settled);
         let finer = lab.as_ref().ok().and_then(|lab| lab.first_order(&[(BulkKnob::Finer, 1.0)]).ok());
         let finer = finer.map(|change| {
-            let index = first_shift + shifts.len();
-            body.open(&change, index);
-            index
+            body.open(&change, baseline.len());
+            baseline.len()
         });
         let modulus = at.state.modulus;
         let patches = at.mounted.groups.iter().enumerate().map(|(p, group)| {
@@ -162,8 +159,6 @@ impl<'a> Model<'a> {
             Patch { discs: group.discs.clone(), log_stiffness, stiffness: modulus / softness }
         });
         let patches = patches.collect();
-        let owner = std::iter::once(None).chain(softs.iter().map(|p| Some(*p)));
-        let owner = owner.chain(shifts.iter().map(|(_, p)| Some(*p))).chain(finer.map(|_| None)).collect();
         let inward: Vec<Vec3> = settled.problem.bench.tips.iter().map(|tip| tip.inward()).collect();
         let mut tracks = tracks(settled.recording, settled.evidence, &inward);
         let timeline = timeline(settled.recording, &mut tracks);
@@ -172,8 +167,7 @@ impl<'a> Model<'a> {
         Ok(Self {
             settled,
             patches,
-            owner,
-            places: shifts.into_iter().map(|(place, _)| place).collect(),
+            baseline,
             tracks,
             timeline,
             force_sd: noise.force_n,
@@ -196,18 +190,17 @@ impl<'a> Model<'a> {
 
     /// Number of the baseline's own parameters, which come first.
     pub(super) fn base(&self) -> usize {
-        self.owner.len()
+        self.baseline.len() + usize::from(self.finer.is_some())
     }
 
-    /// Number of the baseline's parameters that are logarithms, which come first; the others are shifts (m).
+    /// Number of the baseline's parameters that are logarithms, which come first; of the others shifts are in m.
     pub(super) fn logarithms(&self) -> usize {
         1 + self.patches.iter().filter(|patch| patch.log_stiffness.is_some()).count()
     }
 
     /// Whether a parameter is the logarithm of a patch's radius.
     pub(super) fn is_radius(&self, parameter: usize) -> bool {
-        let place = parameter.checked_sub(self.logarithms()).and_then(|i| self.places.get(i));
-        matches!(place, Some(Parameter::LogRadius(_)))
+        matches!(self.baseline.get(parameter), Some(Parameter::LogRadius(_)))
     }
 
     /// Number of patches of the baseline.
@@ -229,7 +222,12 @@ impl<'a> Model<'a> {
 
     /// Whether a parameter stays where it is.
     pub(super) fn frozen(&self, acting: &Acting, parameter: usize) -> bool {
-        let left_out = self.owner.get(parameter).copied().flatten();
+        let left_out = match self.baseline.get(parameter) {
+            Some(
+                Parameter::LogSoftness(patch) | Parameter::Shift(patch, _) | Parameter::LogRadius(patch),
+            ) => Some(*patch),
+            Some(Parameter::LogModulus) | None => None,
+        };
         let knob = parameter.checked_sub(self.base()).and_then(|k| acting.knobs.get(k));
         left_out.is_some_and(|patch| acting.without.contains(&patch))
             || knob.is_some_and(|knob| {

@@ -29,7 +29,7 @@ use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
 use super::rivals::others;
 use super::select::{MOST, Selection, Tried, finished, select};
 use super::undecided::undecided;
-use super::verdict::{EXPLAINS, Judged, judge};
+use super::verdict::{EXPLAINS, Judged, ball_centre, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
 
@@ -208,7 +208,7 @@ impl Run<'_> {
         let after = left(model, chosen)?;
         let mut judged = judge(model, selection, plain, before, &after, self.settings.false_alarm);
         judged.doubt_stiffening(model, chosen);
-        judged.doubt_ball(model, chosen);
+        judged.doubt_ball(&ball_centre(model, chosen));
         if !judged.verdict.blamed().is_empty() {
             judged.remarks.extend(of_law.into_iter().chain(of_gains));
         }

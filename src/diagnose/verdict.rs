@@ -242,6 +242,13 @@ const SHORT_OF_DEPTH: f64 = 0.7;
 /// A modulus this many standard deviations outside the range that the operator expects is doubted.
 const DOUBTED_SD: f64 = 3.0;
 
+/// Coordinates of a ball's centre with their ranges (m); empty where there is no ball.
+pub(super) fn ball_centre(model: &Model<'_>, fitted: &Fitted) -> Vec<(f64, [f64; 2])> {
+    let ball = |knob: &Knob| matches!(knob, Knob::Bulk(BulkKnob::BallCentre(_)));
+    let knobs = fitted.acting.knobs.iter().enumerate().filter(|(_, knob)| ball(knob));
+    knobs.map(|(i, knob)| (fitted.at[model.base() + i], model.range(*knob).0)).collect()
+}
+
 /// Whether a value (m) lies at an end of its range.
 fn at_an_end(value: f64, [low, high]: [f64; 2]) -> bool {
     const CLOSE_M: f64 = 1e-5;
@@ -311,19 +318,17 @@ impl Judged {
     }
 
     /// A ball that would leave the body if it could stands in for something at its surface, such as restraint of another kind than was found.
-    pub(super) fn doubt_ball(&mut self, model: &Model<'_>, chosen: &Fitted) {
-        if !self.verdict.blamed().contains(&Physics::Inclusion) {
+    /// `centre` holds every coordinate with its range (m).
+    pub(super) fn doubt_ball(&mut self, centre: &[(f64, [f64; 2])]) {
+        let at_surface = centre.iter().any(|(value, range)| at_an_end(*value, *range));
+        if !at_surface || !self.verdict.blamed().contains(&Physics::Inclusion) {
             return;
         }
-        let ball = |knob: &Knob| matches!(knob, Knob::Bulk(BulkKnob::BallCentre(_)));
-        let mut centre = chosen.acting.knobs.iter().enumerate().filter(|(_, knob)| ball(knob));
-        if centre.any(|(i, knob)| at_an_end(chosen.at[model.base() + i], model.range(*knob).0)) {
-            self.verdict.confidence = self.verdict.confidence.min(LEAST_CONFIDENCE);
-            self.remarks.push(
-                "the ball is centred on the surface of the phantom: restraint of another kind than was found there may look the same"
-                    .to_owned(),
-            );
-        }
+        self.verdict.confidence = self.verdict.confidence.min(LEAST_CONFIDENCE);
+        self.remarks.push(
+            "the ball is centred on the surface of the phantom: restraint of another kind than was found there may look the same"
+                .to_owned(),
+        );
     }
 
     /// Why one of the readings tried is, or is not, the verdict.
@@ -431,12 +436,29 @@ mod tests {
         }
     }
 
-    /// A ball 10 µm from a side is at it; one a millimetre inside is not.
+    /// A ball centred within 10 µm of a side is doubted, one a millimetre inside is not; nor is anything where no ball is blamed.
     #[test]
-    fn a_ball_on_the_surface_is_at_an_end_of_its_range() {
-        let range = [0.0, 0.025];
-        assert!(at_an_end(0.0, range) && at_an_end(0.025, range) && at_an_end(5e-6, range));
-        assert!(!at_an_end(1e-3, range) && !at_an_end(0.024, range));
+    fn a_ball_on_the_surface_is_doubted() {
+        let of = |physics: Physics, z: f64| {
+            let verdict = Verdict {
+                physics: vec![Physics::Drying, physics],
+                unexplained: false,
+                explained_by: Vec::new(),
+                confidence: 0.96,
+                ambiguous_with: Vec::new(),
+                evidence: None,
+            };
+            let (properties, remarks) = (Vec::new(), Vec::new());
+            let mut judged =
+                Judged { detected: true, p_value: 0.0, verdict, properties, remarks, whole: None };
+            judged.doubt_ball(&[(0.05, [0.0, 0.1]), (z, [0.0, 0.025])]);
+            (judged.verdict.confidence, judged.remarks.len())
+        };
+        for z in [0.0, 5e-6, 0.025] {
+            assert_eq!(of(Physics::Inclusion, z), (LEAST_CONFIDENCE, 1), "{z}");
+        }
+        assert_eq!((of(Physics::Inclusion, 1e-3), of(Physics::Inclusion, 0.024)), ((0.96, 0), (0.96, 0)));
+        assert_eq!(of(Physics::SelfWeight, 0.0), (0.96, 0));
     }
 
     /// A camera's scale that earns 27 times what is asked acts, whether or not a gain beside it earns more than chance may.

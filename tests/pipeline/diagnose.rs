@@ -32,7 +32,15 @@ fn session(seed: u64, effects: Vec<Effect>) -> World {
 
 /// Such a session with all pokes straight in, recorded.
 fn recorded(seed: u64, effects: Vec<Effect>) -> (World, Recording) {
-    let mut world = session(seed, effects);
+    straight_in(session(seed, effects))
+}
+
+/// The same with a late tip, and something else that holds.
+fn late_beside(seed: u64, gap_m: f64, hold: Hold) -> (World, Recording) {
+    straight_in(World { holds: vec![hold], ..session(seed, vec![Effect::Rig(Rig::LateContact { gap_m })]) })
+}
+
+fn straight_in(mut world: World) -> (World, Recording) {
     for poke in &mut world.pokes {
         poke.direction = world.phantom.sites[poke.site].inward;
     }
@@ -278,17 +286,25 @@ fn a_late_camera_is_named() {
 #[test]
 fn restraint_is_found_again_under_what_explains_everything() {
     let (stiffness_n_per_m, gap_m) = (170.0, 2e-4);
-    let mut world = session(82, vec![Effect::Rig(Rig::LateContact { gap_m })]);
-    world.holds = vec![Hold::Springs { patch: 0, stiffness_n_per_m }];
-    for poke in &mut world.pokes {
-        poke.direction = world.phantom.sites[poke.site].inward;
-    }
-    let diagnosis = quickly(&world.record(phantom()).expect("a recording"));
+    let (world, recording) = late_beside(82, gap_m, Hold::Springs { patch: 0, stiffness_n_per_m });
+    let diagnosis = quickly(&recording);
     assert_eq!(diagnosis.verdict.physics, [Physics::LateContact]);
     assert_close(parameter(&diagnosis, Physics::LateContact, "gap_m"), gap_m, 0.02);
     assert!(diagnosis.baseline.restraint_total_n_per_m < 0.5 * stiffness_n_per_m);
     assert_close(diagnosis.extended.restraint_total_n_per_m, stiffness_n_per_m, 0.05);
     assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.003);
+}
+
+/// Glue that the default fit takes for smaller or larger while the tip is late is refitted with its radius: kept, it leaves the gap 1.8 % and
+/// the modulus 0.26 % low.
+#[test]
+fn glue_beside_a_late_tip_is_refitted_with_its_radius() {
+    let gap_m = 1e-4;
+    let (world, recording) = late_beside(94, gap_m, Hold::Glued { spot: 0 });
+    let diagnosis = quickly(&recording);
+    assert_eq!(diagnosis.verdict.physics, [Physics::LateContact]);
+    assert_close(parameter(&diagnosis, Physics::LateContact, "gap_m"), gap_m, 0.01);
+    assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.002);
 }
 
 /// Glue let go within 13 mm of (36, 50) mm; the modulus is 10.5 kPa.
