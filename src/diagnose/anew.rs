@@ -44,18 +44,21 @@ pub(super) fn evidence(model: &Model<'_>, readings: &[Tried]) -> Result<Vec<Opti
     readings.par_iter().map(|tried| without(model, &tried.fitted).map(of).transpose()).collect()
 }
 
-/// The restraint found in each; none where it is what it was, or where there is none to find.
+/// The restraint found in the evidence for each reading; none where it is what the reading has, or where there is none to find. Stiffness a
+/// reading has fitted itself, exactly; place, size and number are those of the baseline.
 pub(super) fn restraint<'e>(
-    settled: &Settled<'_>,
+    model: &Model<'_>,
+    readings: &[Tried],
     evidence: &'e [Option<Evidence>],
 ) -> Result<Vec<Option<Found<'e>>>, InverseError> {
-    let look = |evidence: &'e Option<Evidence>| match settled.found_in(evidence.as_ref()?) {
-        // What a wrong reading leaves need not be a recording of anything.
-        Err(InverseError::Undetermined { .. }) => None,
-        Ok(found) if found.alike(settled) => None,
-        found => Some(found),
-    };
-    evidence.par_iter().map(|e| look(e).transpose()).collect()
+    let look =
+        |tried: &Tried, evidence: &'e Option<Evidence>| match model.settled.found_in(evidence.as_ref()?) {
+            // What a wrong reading leaves need not be a recording of anything.
+            Err(InverseError::Undetermined { .. }) => None,
+            Ok(found) if found.alike(&model.restraint(&tried.fitted.acting, &tried.fitted.at)) => None,
+            found => Some(found),
+        };
+    readings.par_iter().zip(evidence).map(|(tried, e)| look(tried, e).transpose()).collect()
 }
 
 /// A reading with a restraint of its own.

@@ -147,7 +147,7 @@ impl Run<'_> {
         (self.progress)(Progress::Restraint { readings: readings.len() });
         let settled = model.settled;
         let evidence = evidence(model, &readings)?;
-        let restraint = restraint(settled, &evidence)?;
+        let restraint = restraint(model, &readings, &evidence)?;
         let held: Vec<_> = restraint.iter().map(|anew| Some(settled.with(anew.as_ref()?))).collect();
         let mut best: Option<Anew<'_>> = None;
         for (tried, held) in readings.iter().zip(&held) {

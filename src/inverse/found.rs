@@ -35,9 +35,9 @@ pub struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// Whether the restraint is, to a tenth of its size, that of another fit.
-    pub fn alike(&self, other: &Settled<'_>) -> bool {
-        let (own, others) = (&self.at.state.patches, &other.at.state.patches);
+    /// Whether the restraint is, to a tenth of its size, this one.
+    pub fn alike(&self, others: &[Restraint]) -> bool {
+        let own = &self.at.state.patches;
         let alike = |(a, b): (&Restraint, &Restraint)| {
             let close = |a: f64, b: f64| (a - b).abs() <= ALIKE * a.max(b);
             a.glued == b.glued
