@@ -11,7 +11,7 @@ use super::refit::{Effort, Fitted, IN_FULL, descend};
 use super::select::{Selection, Tried, reduced};
 use super::track::Track;
 use crate::geometry::Vec3;
-use crate::inverse::{Evidence, Found, InverseError, Settled};
+use crate::inverse::{Evidence, Found, Group, InverseError, Restraint, Settled};
 use crate::observation::Recording;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -44,8 +44,7 @@ pub(super) fn evidence(model: &Model<'_>, readings: &[Tried]) -> Result<Vec<Opti
     readings.par_iter().map(|tried| without(model, &tried.fitted).map(of).transpose()).collect()
 }
 
-/// The restraint found in the evidence for each reading; none where it is what the reading has, or where there is none to find. Stiffness a
-/// reading has fitted itself, exactly; place, size and number are those of the baseline.
+/// The restraint found in the evidence for each reading; none where the reading has it, or where there is none to find.
 pub(super) fn restraint<'e>(
     model: &Model<'_>,
     readings: &[Tried],
@@ -55,10 +54,31 @@ pub(super) fn restraint<'e>(
         |tried: &Tried, evidence: &'e Option<Evidence>| match model.settled.found_in(evidence.as_ref()?) {
             // What a wrong reading leaves need not be a recording of anything.
             Err(InverseError::Undetermined { .. }) => None,
-            Ok(found) if found.alike(&model.restraint(&tried.fitted.acting, &tried.fitted.at)) => None,
+            Ok(found) if has(model, &tried.fitted, &found) => None,
             found => Some(found),
         };
     readings.par_iter().zip(evidence).map(|(tried, e)| look(tried, e).transpose()).collect()
+}
+
+/// Whether a model made anew with this restraint would be the one that there is. A reading fits the stiffness of springs itself, but a law
+/// that is not linear is worked out with the baseline's.
+fn has(model: &Model<'_>, reading: &Fitted, found: &Found<'_>) -> bool {
+    let baseline = &model.settled.at.state.patches;
+    found.alike(baseline) || (!reading.acting.fine && found.alike(&refitted(model, reading)))
+}
+
+/// The patches that act, where the baseline has them, as stiff as the reading has them.
+fn refitted(model: &Model<'_>, reading: &Fitted) -> Vec<Restraint> {
+    let settled = &model.settled.at;
+    let stiffness = model.disc_stiffness(&reading.acting, &reading.at);
+    let patches = settled.state.patches.iter().zip(&settled.mounted.groups).enumerate();
+    let acting = patches.filter(|(p, _)| !reading.acting.without.contains(p));
+    let as_stiff = |(_, (patch, group)): (usize, (&Restraint, &Group))| {
+        let whole: f64 = stiffness[group.discs.clone()].iter().map(|k| k.re).sum();
+        let softness = if patch.softness > 0.0 { reading.at[0].exp() / whole } else { 0.0 };
+        Restraint { softness, ..patch.clone() }
+    };
+    acting.map(as_stiff).collect()
 }
 
 /// A reading with a restraint of its own.

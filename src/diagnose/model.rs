@@ -22,7 +22,7 @@ use super::sums::PokeSums;
 use super::track::{Frame, Timeline, Track, timeline, tracks};
 use super::uneven::Picture;
 use crate::geometry::Vec3;
-use crate::inverse::{Parameter, Restraint, Settled};
+use crate::inverse::{Parameter, Settled};
 use nalgebra::{DMatrix, DVector};
 use num_dual::DualNum;
 use rayon::prelude::*;
@@ -467,20 +467,6 @@ impl<'a> Model<'a> {
             all[group.discs].fill(group.stiffness);
         }
         all
-    }
-
-    /// The patches that act, where the baseline has them, as stiff as they are here.
-    pub(super) fn restraint(&self, acting: &Acting, at: &DVector<f64>) -> Vec<Restraint> {
-        let patches = self.settled.at.state.patches.iter().zip(&self.patches).enumerate();
-        let acts = patches.filter(|(p, _)| !acting.without.contains(p));
-        let as_stiff = |(_, (known, patch)): (usize, (&Restraint, &Patch))| {
-            let softness = match patch.log_stiffness {
-                Some(i) => (at[0] - at[i]).exp() / patch.discs.len() as f64,
-                None => known.softness,
-            };
-            Restraint { softness, ..known.clone() }
-        };
-        acts.map(as_stiff).collect()
     }
 
     fn groups(&self, acting: &Acting, at: &DVector<f64>) -> Vec<Group> {

@@ -35,22 +35,12 @@ pub struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// Whether the restraint is, to a tenth of its size, this one.
+    /// Whether the restraint is, patch by patch, [alike](Restraint::alike) to this one.
     pub fn alike(&self, others: &[Restraint]) -> bool {
         let own = &self.at.state.patches;
-        let alike = |(a, b): (&Restraint, &Restraint)| {
-            let close = |a: f64, b: f64| (a - b).abs() <= ALIKE * a.max(b);
-            a.glued == b.glued
-                && (a.centre - b.centre).norm() <= ALIKE * a.radius_m
-                && close(a.softness, b.softness)
-                && close(a.radius_m, b.radius_m)
-        };
-        own.len() == others.len() && own.iter().zip(others).all(alike)
+        own.len() == others.len() && own.iter().zip(others).all(|(own, other)| own.alike(other))
     }
 }
-
-/// That share.
-const ALIKE: f64 = 0.1;
 
 impl<'a> Ground<'a> {
     /// On from what was found on the first discretisation; on finer ones that resolve the sides of the body that patches are close to, if asked.

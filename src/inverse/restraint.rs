@@ -30,6 +30,9 @@ const ARM: f64 = 0.8;
 /// A face belongs to the side of the body on which a spot sits when its normal has this component along the spot's.
 const FACING: f64 = 0.7;
 
+/// Alike is what differs by no more than this share.
+const ALIKE: f64 = 0.1;
+
 /// Restraint patches put on a model: discs, their responses, and the groups that share a stiffness.
 pub struct Mounted {
     /// All discs.
@@ -41,6 +44,15 @@ pub struct Mounted {
 }
 
 impl Restraint {
+    /// Whether another patch is this one, to a tenth of radius and softness.
+    pub fn alike(&self, other: &Self) -> bool {
+        let close = |a: f64, b: f64| (a - b).abs() <= ALIKE * a.max(b);
+        self.glued == other.glued
+            && (self.centre - other.centre).norm() <= ALIKE * self.radius_m
+            && close(self.softness, other.softness)
+            && close(self.radius_m, other.radius_m)
+    }
+
     /// The patch's discs on the model's search surface.
     pub fn discs(&self, bench: &Bench, search: &[usize]) -> Result<Vec<Spot>, InverseError> {
         let space = bench.model.space();
@@ -105,6 +117,27 @@ mod tests {
     use super::*;
     use crate::fem::{LoadedDisc, Profile};
     use nalgebra::{DMatrix, DVector, Matrix3};
+
+    #[test]
+    fn patches_are_alike_to_a_tenth_in_everything() {
+        let patch = |x: f64, radius_m: f64, softness: f64, glued: bool| Restraint {
+            centre: Vec3::new(x, 0.0, 0.0),
+            radius_m,
+            softness,
+            glued,
+        };
+        let one = patch(0.0, 0.005, 10.0, false);
+        assert!(one.alike(&patch(0.000_49, 0.0054, 10.9, false)));
+        for other in [
+            patch(0.000_51, 0.005, 10.0, false),
+            patch(0.0, 0.0056, 10.0, false),
+            patch(0.0, 0.005, 11.2, false),
+            patch(0.0, 0.005, 8.9, false),
+            patch(0.0, 0.005, 10.0, true),
+        ] {
+            assert!(!one.alike(&other) && !other.alike(&one), "{other:?}");
+        }
+    }
 
     /// Stiffness of the seven discs on a half-space of unit modulus, each held still in the mean, over that of a rigid
     /// disc of the spot's radius: pushed along the normal, pushed sideways, tilted.
