@@ -60,7 +60,7 @@ fn parts([all, double, odd]: [f64; 3], radius: f64, nu: f64) -> [f64; 4] {
 
 /// Distance from the centre and the direction from there, any at the centre.
 fn polar(r: &Vec3) -> (f64, [f64; 2]) {
-    let s = r.x.hypot(r.y);
+    let s = (r.x * r.x + r.y * r.y).sqrt();
     (s, if s > 0.0 { [r.x / s, r.y / s] } else { [1.0, 0.0] })
 }
 

@@ -219,11 +219,17 @@ impl LoadedDisc {
         }
     }
 
+    /// Distance of `r` from a disc of `radius` (m). Roots, not `hypot`, which guards against ranges that no body has and costs as much
+    /// as a far disc's stress.
+    pub(super) fn away(r: &Vec3, radius: f64) -> f64 {
+        let beyond = ((r.x * r.x + r.y * r.y).sqrt() - radius).max(0.0);
+        (beyond * beyond + r.z * r.z).sqrt()
+    }
+
     /// Calls `f(r − source, weight)` over the disc, weights summing to 1, as finely as the distance of `r`
     /// from the disc needs.
     fn integrate(&self, r: &Vec3, mut f: impl FnMut(Vec3, f64)) {
-        let beyond = (r.x.hypot(r.y) - self.radius).max(0.0);
-        let distance = beyond.hypot(r.z) / self.radius;
+        let distance = Self::away(r, self.radius) / self.radius;
         match FAR.iter().position(|&(from, ..)| distance > from) {
             Some(tier) => {
                 for &[x, y, weight] in &self.far[tier] {

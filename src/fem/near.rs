@@ -5,7 +5,7 @@
 //! off the plane the traction `−σ(u_half-space) n`. Both are smooth, so that `w` needs no fine elements at the
 //! disc, whatever the mesh there.
 
-use super::elasticity::stress;
+use super::elasticity::lame;
 use super::element::triangle_quadrature;
 use super::half_space::{LoadedDisc, Profile};
 use super::space::Space;
@@ -60,24 +60,42 @@ impl Near {
     /// Displacement gradients at `p`, one for each force direction: `[i, k] = ∂uᵢ/∂xₖ`. On the plane, only the
     /// part that turns (antisymmetric) is complete: the stretch along the normal is left out.
     fn gradients(&self, p: &Vec3) -> [Mat3; 3] {
-        let r = self.local(p);
-        let axis = if r.z == 0.0 {
-            let [gx, gy] = self.local.surface_gradient(&r);
-            // No shear traction on the plane but the disc's own: ∂u_t/∂z = −∂u_z/∂t − t_t/μ.
-            let mut gz = Mat3::zeros();
-            let traction = 2.0 * (1.0 + self.poisson_ratio) * self.local.traction(r.norm());
-            for j in 0..3 {
-                gz[(0, j)] = -gx[(2, j)] - if j == 0 { traction } else { 0.0 };
-                gz[(1, j)] = -gy[(2, j)] - if j == 1 { traction } else { 0.0 };
-            }
-            [gx, gy, gz]
-        } else {
-            self.local.gradient(&r)
-        };
         let q = &self.frame;
         // ∂/∂xₖ = Σₘ Q[k, m] ∂/∂x'ₘ, and each derivative is a tensor that turns with the frame.
-        let turned: [Mat3; 3] = axis.map(|g| q * g * q.transpose());
+        let turned: [Mat3; 3] = self.derivatives(p).map(|g| q * g * q.transpose());
         std::array::from_fn(|j| Mat3::from_fn(|i, k| (0..3).map(|m| q[(k, m)] * turned[m][(i, j)]).sum()))
+    }
+
+    /// Traction at `p`, off the plane, on a face with this outward normal: column `j` for a unit force along axis `j`.
+    /// In local coordinates as far as may be: turning three gradients costs more than they do far from the disc.
+    fn tractions(&self, p: &Vec3, normal: &Vec3) -> Mat3 {
+        let q = &self.frame;
+        let (derivatives, n) = (self.derivatives(p), q.transpose() * normal);
+        let (lambda, mu) = lame(self.poisson_ratio);
+        let along = (0..3).map(|k| derivatives[k] * n[k]).sum::<Mat3>() * mu;
+        let local = Mat3::from_fn(|i, j| {
+            let volume: f64 = (0..3).map(|k| derivatives[k][(k, j)]).sum();
+            let across: f64 = (0..3).map(|k| derivatives[i][(k, j)] * n[k]).sum();
+            lambda * volume * n[i] + along[(i, j)] + mu * across
+        });
+        q * local * q.transpose()
+    }
+
+    /// Derivatives of the displacement along the axes of the disc's frame, in that frame, as [`Near::gradients`].
+    fn derivatives(&self, p: &Vec3) -> [Mat3; 3] {
+        let r = self.local(p);
+        if r.z != 0.0 {
+            return self.local.gradient(&r);
+        }
+        let [gx, gy] = self.local.surface_gradient(&r);
+        // No shear traction on the plane but the disc's own: ∂u_t/∂z = −∂u_z/∂t − t_t/μ.
+        let mut gz = Mat3::zeros();
+        let traction = 2.0 * (1.0 + self.poisson_ratio) * self.local.traction(r.norm());
+        for j in 0..3 {
+            gz[(0, j)] = -gx[(2, j)] - if j == 0 { traction } else { 0.0 };
+            gz[(1, j)] = -gy[(2, j)] - if j == 1 { traction } else { 0.0 };
+        }
+        [gx, gy, gz]
     }
 
     /// Displacement of a spot.
@@ -174,10 +192,9 @@ impl Near {
         let (area, normal) = (triangle.area(), triangle.normal());
         let mut forces = [[Vec3::zeros(); 6]; 3];
         for &(l, w) in self.rule(&triangle.0) {
-            let gradients = self.gradients(&triangle.at(l));
+            let tractions = self.tractions(&triangle.at(l), &normal) * (-w * area);
             let shape = space.order().face_shape(l);
-            for (on_nodes, gradient) in forces.iter_mut().zip(&gradients) {
-                let t = stress(gradient, self.poisson_ratio) * normal * (-w * area);
+            for (on_nodes, t) in forces.iter_mut().zip(tractions.column_iter()) {
                 for (f, s) in on_nodes.iter_mut().zip(shape) {
                     *f += t * s;
                 }
@@ -204,7 +221,7 @@ impl Near {
     /// Distance (m) of a point from the disc.
     pub fn distance(&self, p: &Vec3) -> f64 {
         let r = self.frame.transpose() * (p - self.disc.centre);
-        (r.x.hypot(r.y) - self.disc.radius).max(0.0).hypot(r.z)
+        LoadedDisc::away(&r, self.disc.radius)
     }
 }
 
