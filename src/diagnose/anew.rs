@@ -95,7 +95,7 @@ impl<'a> Anew<'a> {
         reading: &Fitted,
         held: &'a Settled<'a>,
     ) -> Result<Option<Self>, DiagnoseError> {
-        let mut model = match Model::new(held) {
+        let mut model = match Model::new(held, Some(from)) {
             Err(DiagnoseError::TooManyPatches { .. }) => return Ok(None),
             model => model?,
         };

@@ -8,7 +8,7 @@ use super::large::{Bench, Curve, Curves, Lab, Softening, Stiffened, Stiffening, 
 use super::track::Track;
 use crate::fem::Order;
 use crate::geometry::Vec3;
-use crate::inverse::Settled;
+use crate::inverse::{Restraint, Settled};
 use nalgebra::DMatrix;
 use std::sync::{Arc, OnceLock};
 
@@ -44,6 +44,9 @@ pub(super) struct Shelf {
     stiffening: [Stiffening; 2],
     softening: OnceLock<Softening>,
     weight: OnceLock<Vec<Weight>>,
+    density_kg_m3: f64,
+    /// The restraint that the body has.
+    restraint: Vec<Restraint>,
 }
 
 /// What one law adds, ready to be asked row by row.
@@ -67,6 +70,10 @@ pub(super) struct Depth {
     /// So far.
     pub deepest: Dual,
 }
+
+/// Springs are near within this share of their radius, and to this in the logarithm of their softness.
+const NEAR_SHIFT: f64 = 0.5;
+const NEAR_LOG: f64 = 0.3;
 
 /// Two pokes are in one direction within this.
 const SAME_DIRECTION: f64 = 1e-6;
@@ -95,18 +102,44 @@ impl Shelf {
         bench.mesh.clone_from(&settled.recording.mesh);
         // Glued spots may be too close together for them.
         let coarse = Lab::new(&bench, Order::P1).ok();
-        Ok(Self { rough: true, coarse, ..Self::with(lab, of_track) })
+        let density_kg_m3 = settled.recording.phantom.density_kg_m3;
+        let restraint = settled.at.state.patches.clone();
+        Ok(Self { rough: true, coarse, ..Self::with(lab, of_track, density_kg_m3, restraint) })
+    }
+
+    /// Whether what the laws add is as good as the same with this restraint: what differs between a law and the linear body hardly knows where
+    /// springs are to within half a radius. Glue must be [alike](Restraint::alike).
+    pub(super) fn serves(&self, restraint: &[Restraint]) -> bool {
+        let near = |one: &Restraint, other: &Restraint| {
+            let springs = one.softness > 0.0 && other.softness > 0.0 && one.radius_m == other.radius_m;
+            let close = (one.centre - other.centre).norm() <= NEAR_SHIFT * one.radius_m
+                && (one.softness / other.softness).ln().abs() <= NEAR_LOG;
+            (springs && close) || one.alike(other)
+        };
+        restraint.len() == self.restraint.len()
+            && restraint.iter().all(|one| self.restraint.iter().any(|other| near(one, other)))
     }
 
     /// The same for refits.
     pub(super) fn in_full(&self) -> Self {
-        Self::with(Arc::clone(&self.lab), self.of_track.clone())
+        let (lab, of_track) = (Arc::clone(&self.lab), self.of_track.clone());
+        Self::with(lab, of_track, self.density_kg_m3, self.restraint.clone())
     }
 
-    fn with(lab: Arc<Lab>, of_track: Vec<usize>) -> Self {
+    fn with(lab: Arc<Lab>, of_track: Vec<usize>, density_kg_m3: f64, restraint: Vec<Restraint>) -> Self {
         let (softening, weight) = (OnceLock::new(), OnceLock::new());
-        let stiffening = [StiffeningLaw::Fung, StiffeningLaw::Yeoh].map(Stiffening::new);
-        Self { lab, rough: false, coarse: None, of_track, stiffening, softening, weight }
+        let stiffening = Stiffening::of([StiffeningLaw::Fung, StiffeningLaw::Yeoh]);
+        Self {
+            lab,
+            rough: false,
+            coarse: None,
+            of_track,
+            stiffening,
+            softening,
+            weight,
+            density_kg_m3,
+            restraint,
+        }
     }
 
     /// Elements for what softens and what weighs.
@@ -181,7 +214,7 @@ impl Shelf {
         extra: &Extra<'_>,
         track: usize,
         depth: &Depth,
-        modulus: f64,
+        modulus: &Dual,
         fitted: usize,
     ) -> DMatrix<f64> {
         let place = self.of_track[track];
@@ -209,7 +242,7 @@ impl Shelf {
                     depth.deepest.re.max(depth.now.re),
                     share.re,
                     log_scale.re.exp(),
-                    modulus,
+                    modulus.re,
                 );
                 let mut all = DMatrix::zeros(softer.value.len(), 1 + fitted);
                 all.set_column(0, &softer.value);
@@ -220,18 +253,16 @@ impl Shelf {
             }
             Extra::Weight(weight, comes_and_goes, gravity) => {
                 let weight = &weight[place];
-                let (table, size) =
-                    if *comes_and_goes { (&weight.acting, 1.0) } else { (&weight.strained, depth.now.re) };
+                let (table, size) = match comes_and_goes {
+                    true => (&weight.acting, Dual::from(1.0)),
+                    false => (&weight.strained, depth.now),
+                };
                 let mut all = DMatrix::zeros(table.nrows(), 1 + fitted);
                 for (axis, g) in gravity.iter().enumerate() {
                     let own = table.column(axis).into_owned();
-                    all.column_mut(0).axpy(g.re * size, &own, 1.0);
-                    let by: Vec<f64> = gradient(g, fitted).iter().map(|d| d * size).collect();
-                    add_products(&mut all, &own, &by);
-                    if !comes_and_goes {
-                        let by: Vec<f64> = by_depth.iter().map(|d| d * g.re).collect();
-                        add_products(&mut all, &own, &by);
-                    }
+                    let load = *g * size * self.density_kg_m3 / *modulus;
+                    all.column_mut(0).axpy(load.re, &own, 1.0);
+                    add_products(&mut all, &own, gradient(&load, fitted).as_slice());
                 }
                 all
             }
@@ -243,5 +274,81 @@ impl Shelf {
 fn add_products(all: &mut DMatrix<f64>, slope: &nalgebra::DVector<f64>, derivatives: &[f64]) {
     for (p, d) in derivatives.iter().enumerate().filter(|(_, d)| **d != 0.0) {
         all.column_mut(1 + p).axpy(*d, slope, 1.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::dual::variable;
+    use super::super::large::Poke;
+    use super::*;
+    use crate::fem::Profile;
+    use crate::mesh::{Block, block};
+    use num_dual::DualNum;
+
+    fn springs(x: f64, softness: f64) -> Restraint {
+        Restraint { centre: Vec3::new(x, 0.0, 0.0), radius_m: 0.005, softness, glued: false }
+    }
+
+    /// A slab poked at its top, for which restraint at 10 and 40 mm was found.
+    fn shelf() -> Shelf {
+        let top = |x: f64| Vec3::new(x, 0.02, 0.02);
+        let bench = Bench {
+            mesh: block(&Block { size_m: [0.05, 0.04, 0.02], cells: [4, 3, 2] }).expect("a block"),
+            fixed: "z-",
+            observed: "z+",
+            poisson_ratio: 0.45,
+            profile: Profile::Uniform,
+            pokes: vec![Poke { centre: top(0.02), direction: -Vec3::z(), radius_m: 0.007, deepest_m: 0.002 }],
+            holds: Vec::new(),
+            markers: vec![top(0.035)],
+        };
+        let lab = Arc::new(Lab::new(&bench, Order::P1).expect("a sound bench"));
+        Shelf::with(lab, vec![0], 1050.0, vec![springs(0.01, 120.0), springs(0.04, 80.0)])
+    }
+
+    #[test]
+    fn a_shelf_serves_where_springs_are_near() {
+        let shelf = shelf();
+        let glue = |x: f64| Restraint { softness: 0.0, glued: true, ..springs(x, 1.0) };
+        assert!(shelf.serves(&[springs(0.0424, 100.0), springs(0.01, 100.0)]));
+        for other in [
+            vec![springs(0.01, 120.0)],
+            vec![springs(0.01, 120.0), springs(0.0426, 80.0)],
+            vec![springs(0.01, 165.0), springs(0.04, 80.0)],
+            vec![springs(0.01, 120.0), glue(0.04)],
+        ] {
+            assert!(!shelf.serves(&other), "{other:?}");
+        }
+        let glued = Shelf { restraint: vec![glue(0.01)], ..shelf };
+        assert!(glued.serves(&[glue(0.0104)]) && !glued.serves(&[glue(0.012)]));
+    }
+
+    /// The force that a body's weight puts on the tip does not know of its modulus; markers go the less the stiffer it is.
+    #[test]
+    fn weight_is_weighed_against_the_modulus() {
+        let shelf = shelf();
+        for comes_and_goes in [true, false] {
+            let at = |log_modulus: f64, down: f64, depth: f64| {
+                let gravity = [0.3, -0.2, -9.0 + down].map(Dual::from);
+                let gravity = [gravity[0], gravity[1], variable(gravity[2].re, 1)];
+                let law = Large::Weight { comes_and_goes, gravity };
+                let now = variable(depth, 2);
+                let modulus = variable(log_modulus, 0).exp();
+                let extra = shelf.extra(&law).expect("it bears it");
+                shelf.at(&extra, 0, &Depth { now, deepest: now }, &modulus, 3)
+            };
+            let here = at(9.2, 0.0, 1e-3);
+            let stiffer = at(9.2 + 2.0_f64.ln(), 0.0, 1e-3);
+            assert!((stiffer.column(0) * 2.0 - here.column(0)).amax() < 1e-12 * here.column(0).amax());
+            let h = 1e-4;
+            let moved = [[h, 0.0, 0.0], [0.0, h, 0.0], [0.0, 0.0, 1e-3 * h]];
+            for (p, [log_modulus, down, depth]) in moved.into_iter().enumerate() {
+                let by = |sign: f64| at(9.2 + sign * log_modulus, sign * down, 1e-3 + sign * depth);
+                let slope = (by(1.0).column(0) - by(-1.0).column(0)) / (2.0 * (log_modulus + down + depth));
+                let own = here.column(1 + p);
+                assert!((slope - own).amax() <= 1e-6 * here.column(1).amax().max(own.amax()), "{p} {own}");
+            }
+        }
     }
 }

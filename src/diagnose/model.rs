@@ -99,8 +99,8 @@ pub(super) struct Model<'a> {
     /// What elements that resolve a change of the body add to it.
     correction: Option<Changed>,
     /// Laws that are not linear: for a look, and in full once one of them is promising.
-    rough: Result<Shelf, DiagnoseError>,
-    fine: OnceLock<Shelf>,
+    rough: Result<Arc<Shelf>, DiagnoseError>,
+    fine: OnceLock<Arc<Shelf>>,
 }
 
 /// What knobs do to the body.
@@ -123,11 +123,11 @@ pub(super) struct Marched<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// From a settled baseline.
+    /// From a settled baseline. Where `beside` has much the same restraint, what it knows of laws that are not linear serves here too.
     ///
     /// # Errors
     /// [`DiagnoseError::NoStage`], [`DiagnoseError::TipNotLinear`], [`DiagnoseError::TooManyPatches`].
-    pub(super) fn new(settled: &'a Settled<'a>) -> Result<Self, DiagnoseError> {
+    pub(super) fn new(settled: &'a Settled<'a>, beside: Option<&Model<'_>>) -> Result<Self, DiagnoseError> {
         let at = settled.at;
         let softs: Vec<usize> =
             (0..at.state.patches.len()).filter(|&p| at.state.patches[p].softness > 0.0).collect();
@@ -163,7 +163,11 @@ impl<'a> Model<'a> {
         let mut tracks = tracks(settled.recording, settled.evidence, &inward);
         let timeline = timeline(settled.recording, &mut tracks);
         let noise = &settled.evidence.noise;
-        let rough = Shelf::rough(settled, &tracks);
+        let known = beside.and_then(|other| Some((other.rough.as_ref().ok()?, &other.fine)));
+        let (rough, fine) = match known.filter(|(shelf, _)| shelf.serves(&at.state.patches)) {
+            Some((rough, fine)) => (Ok(Arc::clone(rough)), fine.clone()),
+            None => (Shelf::rough(settled, &tracks).map(Arc::new), OnceLock::new()),
+        };
         Ok(Self {
             settled,
             patches,
@@ -184,7 +188,7 @@ impl<'a> Model<'a> {
             known: Known::default(),
             correction: None,
             rough,
-            fine: OnceLock::new(),
+            fine,
         })
     }
 
@@ -406,13 +410,13 @@ impl<'a> Model<'a> {
     /// Laws that are not linear, for a look or for a refit, which [`Model::refine`] must have prepared; none where the
     /// elements have no answer.
     pub(super) fn shelf(&self, fine: bool) -> Option<&Shelf> {
-        if fine { self.fine.get() } else { self.rough.as_ref().ok() }
+        if fine { self.fine.get() } else { self.rough.as_ref().ok() }.map(Arc::as_ref)
     }
 
     /// Prepares laws that are not linear for refits.
     pub(super) fn refine(&self) {
         if let Ok(rough) = &self.rough {
-            self.fine.get_or_init(|| rough.in_full());
+            self.fine.get_or_init(|| Arc::new(rough.in_full()));
         }
     }
 

@@ -138,7 +138,7 @@ impl Model<'_> {
         let Some((extra, shelf, modulus)) = &marched.extra else {
             return ([Dual::from(0.0); 3], None);
         };
-        let all = shelf.at(extra, track, &marched.rows.depth[row], modulus.re, marched.fitted);
+        let all = shelf.at(extra, track, &marched.rows.depth[row], modulus, marched.fitted);
         let force = std::array::from_fn(|axis| {
             let by: Vec<(usize, f64)> = (0..marched.fitted).map(|p| (p, all[(axis, 1 + p)])).collect();
             with_gradient(all[(axis, 0)], &by) * *modulus
@@ -166,7 +166,7 @@ impl Model<'_> {
         if let Some((extra, shelf, modulus)) = &marched.extra {
             let [a, b] = [left, right].map(|row| rows.depth[track.first_row + row]);
             let depth = Depth { now: between(a.now, b.now, s), deepest: between(a.deepest, b.deepest, s) };
-            let more = shelf.at(extra, track.index, &depth, modulus.re, *fitted);
+            let more = shelf.at(extra, track.index, &depth, modulus, *fitted);
             u += more.rows(3, u.nrows());
         }
         Some(u)

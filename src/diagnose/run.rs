@@ -68,7 +68,7 @@ fn diagnosed(
     settings: &Settings,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Diagnosis, DiagnoseError> {
-    let mut model = Model::new(found)?;
+    let mut model = Model::new(found, None)?;
     if model.tracks.len() < 2 {
         return Err(DiagnoseError::TooFewPokes { pokes: model.tracks.len() });
     }

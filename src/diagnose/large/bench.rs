@@ -24,8 +24,6 @@ pub struct Bench {
     pub pokes: Vec<Poke>,
     /// What holds the body besides.
     pub holds: Vec<Hold>,
-    /// Density over modulus (s²/m²).
-    pub density_per_modulus: f64,
     /// Rest positions of the markers (m).
     pub markers: Vec<Vec3>,
 }
@@ -92,7 +90,6 @@ impl Bench {
             profile,
             pokes: deepest.iter().map(poke).collect(),
             holds,
-            density_per_modulus: recording.phantom.density_kg_m3 / settled.at.state.modulus,
             markers: settled.evidence.rest.iter().map(|(rest, _)| *rest).collect(),
         };
         Ok(bench.resolved(UNDER))

@@ -19,8 +19,6 @@ pub struct Lab {
     pub(super) markers: Vec<Spot>,
     /// The body that no tip touches.
     pub(super) untouched: Tied,
-    /// As of the bench.
-    pub(super) density_per_modulus: f64,
 }
 
 /// A place that is poked: the body tied to tip and restraint there.
@@ -56,8 +54,7 @@ impl Lab {
         let marker = |rest: &Vec3| Ok(Spot::marker_in(&space, &index, bench.observed, rest)?.0);
         let markers = bench.markers.iter().map(marker).collect::<Result<Vec<_>, FemError>>()?;
         let untouched = at_rest.tied(&body, restraint)?;
-        let density_per_modulus = bench.density_per_modulus;
-        Ok(Self { body, moduli, seats, markers, untouched, density_per_modulus })
+        Ok(Self { body, moduli, seats, markers, untouched })
     }
 
     /// Displacement components solved for.

@@ -50,8 +50,17 @@ const TOGETHER: usize = 3;
 /// Curves of one law by its parameter. Knots are solved when first asked for, and kept.
 pub struct Stiffening {
     law: StiffeningLaw,
-    solved: Mutex<[Option<Arc<Curves>>; KNOTS.len()]>,
-    rough: OnceLock<[Curves; 2]>,
+    zero: Arc<Zero>,
+    /// From the second knot on.
+    solved: Mutex<[Option<Arc<Curves>>; KNOTS.len() - 1]>,
+    rough: OnceLock<Curves>,
+}
+
+/// Curves at the first knot, where all laws are one.
+#[derive(Default)]
+struct Zero {
+    full: OnceLock<Arc<Curves>>,
+    rough: OnceLock<Arc<Curves>>,
 }
 
 /// The parameter at which rough curves are solved besides 0.
@@ -67,9 +76,15 @@ pub struct Stiffened {
 }
 
 impl Stiffening {
-    /// Solves nothing yet.
-    pub fn new(law: StiffeningLaw) -> Self {
-        Self { law, solved: Mutex::default(), rough: OnceLock::new() }
+    /// For each of `laws`; solves nothing yet.
+    pub fn of<const N: usize>(laws: [StiffeningLaw; N]) -> [Self; N] {
+        let zero = Arc::new(Zero::default());
+        laws.map(|law| Self {
+            law,
+            zero: Arc::clone(&zero),
+            solved: Mutex::default(),
+            rough: OnceLock::new(),
+        })
     }
 
     /// Curves of a lab, always the same one, and their derivative at `stiffening` (0 or more; at 0 they are those of
@@ -125,11 +140,11 @@ impl Stiffening {
     /// # Errors
     /// As [`Lab::curves`].
     pub fn roughly(&self, lab: &Lab, stiffening: f64) -> Result<Stiffened, DiagnoseError> {
-        let [soft, stiff] = match self.rough.get() {
+        let soft = self.roughly_zero(lab)?;
+        let stiff = match self.rough.get() {
             Some(known) => known,
             None => {
-                let made =
-                    [lab.rough_curves(self.law.law(0.0))?, lab.rough_curves(self.law.law(ROUGH_KNOT))?];
+                let made = lab.rough_curves(self.law.law(ROUGH_KNOT))?;
                 self.rough.get_or_init(|| made)
             }
         };
@@ -159,7 +174,13 @@ impl Stiffening {
     /// # Errors
     /// As [`Lab::curves`].
     pub fn roughly_zero(&self, lab: &Lab) -> Result<Arc<Curves>, DiagnoseError> {
-        Ok(Arc::new(self.roughly(lab, 0.0)?.curves))
+        match self.zero.rough.get() {
+            Some(known) => Ok(Arc::clone(known)),
+            None => {
+                let made = Arc::new(lab.rough_curves(self.law.law(KNOTS[0]))?);
+                Ok(Arc::clone(self.zero.rough.get_or_init(|| made)))
+            }
+        }
     }
 
     /// The curves at 0: those of `finite-strain`. Solves one knot.
@@ -167,18 +188,25 @@ impl Stiffening {
     /// # Errors
     /// As [`Lab::curves`].
     pub fn at_zero(&self, lab: &Lab) -> Result<Arc<Curves>, DiagnoseError> {
-        self.knot(lab, 0)
+        match self.zero.full.get() {
+            Some(known) => Ok(Arc::clone(known)),
+            None => {
+                let made = Arc::new(lab.curves(self.law.law(KNOTS[0]))?);
+                Ok(Arc::clone(self.zero.full.get_or_init(|| made)))
+            }
+        }
     }
 
     /// Solved without the lock: a thread that helps with other work meanwhile must not wait for itself.
     fn knot(&self, lab: &Lab, knot: usize) -> Result<Arc<Curves>, DiagnoseError> {
+        let Some(above) = knot.checked_sub(1) else { return self.at_zero(lab) };
         let kept = || self.solved.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = kept()[knot].clone();
+        let known = kept()[above].clone();
         if let Some(curves) = known {
             return Ok(curves);
         }
         let made = Arc::new(lab.curves(self.law.law(KNOTS[knot]))?);
-        Ok(Arc::clone(kept()[knot].get_or_insert(made)))
+        Ok(Arc::clone(kept()[above].get_or_insert(made)))
     }
 }
 

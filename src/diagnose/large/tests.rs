@@ -24,7 +24,6 @@ fn slab(deepest_m: f64) -> Bench {
             disc: Disc { centre: top(0.05, 0.025), normal: Vec3::z(), radius: 0.005 },
             softness: 120.0,
         }],
-        density_per_modulus: 0.105,
         markers: vec![top(0.013, 0.02), top(0.038, 0.03)],
     }
 }
@@ -126,7 +125,7 @@ fn curves_follow_the_stiffening() {
     let lab = lab(&slab(0.004));
     let finite = lab.curves(Law::NeoHookean).expect("a proper law");
     for law in [StiffeningLaw::Fung, StiffeningLaw::Yeoh] {
-        let family = Stiffening::new(law);
+        let [family] = Stiffening::of([law]);
         let at = |b: f64| family.at(&lab, b).expect("a proper law");
         let values = |c: &Curves| c.pokes[0].at(0.0035);
         let zero = values(&finite);
@@ -209,7 +208,7 @@ fn the_weight_of_a_bar_is_borne_as_by_hand() {
     let bench = bar(0.004);
     let lab = lab(&bench);
     let weight = lab.weight().expect("it bears it");
-    let half = 0.5 * bench.density_per_modulus * 1e-4 * 0.04;
+    let half = 0.5 * 1e-4 * 0.04;
     let acting = &weight[0].acting;
     assert!((acting[(2, 2)] + half).abs() < 1e-9 * half, "{} {half}", acting[(2, 2)]);
     assert!(acting[(5, 2)].abs() < 1e-12);
@@ -221,9 +220,10 @@ fn the_weight_of_a_bar_is_borne_as_by_hand() {
 fn strain_under_the_weight_changes_the_stiffness() {
     let bench = Bench { holds: Vec::new(), ..slab(0.004) };
     let lab = lab(&bench);
-    let g = 4.0;
+    // 4 m/s² on 1050 kg/m³ of 10 kPa.
+    let g = 0.42;
     let predicted = g * lab.weight().expect("it bears it")[0].strained[(2, 2)];
-    let body_force = Vec3::z() * (g * bench.density_per_modulus);
+    let body_force = Vec3::z() * g;
     let load = lab.body.body_force(&body_force);
     let sag = lab.untouched.linear(&lab.body, &load, &[]).expect("solvable").displacement;
     let sagged = Space::new(&bench.mesh, Order::P2).expect("a space");
@@ -251,4 +251,37 @@ fn strain_under_the_weight_changes_the_stiffness() {
     let linear = lab.seats[0].along.tie_forces[2];
     let found = pressed.tie_forces()[2] / step - linear;
     assert!((found - predicted).abs() < 0.15 * predicted.abs(), "{found} {predicted}, of {linear}");
+}
+
+/// A law adds as good as the same where springs are half a radius aside and softer by a third.
+#[test]
+fn what_a_law_adds_hardly_knows_where_springs_are() {
+    let depth = 0.004;
+    let added = |bench: &Bench| {
+        let curves = lab(bench).curves(Law::Fung { stiffening: 2.0 }).expect("a proper law");
+        curves.pokes[0].at(depth)
+    };
+    let mut bench = slab(depth);
+    let here = added(&bench);
+    bench.holds[0].disc.centre.x -= 0.0025;
+    bench.holds[0].softness *= 1.35;
+    let there = added(&bench);
+    assert!((there[2] / here[2] - 1.0).abs() < 5e-4, "{here} {there}");
+    let [before, after] = [&here, &there].map(|all| all.rows(3, 6).into_owned());
+    assert!((&after - &before).norm() < 0.02 * before.norm(), "{before} {after}");
+    assert_ne!(here, there);
+}
+
+/// Both laws of stiffening begin at the same one, whose curves they share.
+#[test]
+fn laws_of_stiffening_begin_at_one() {
+    let lab = lab(&slab(0.003));
+    let [fung, yeoh] = Stiffening::of([StiffeningLaw::Fung, StiffeningLaw::Yeoh]);
+    let shared = [&fung, &yeoh].map(|law| law.at_zero(&lab).expect("a proper law"));
+    assert!(Arc::ptr_eq(&shared[0], &shared[1]));
+    for law in [StiffeningLaw::Fung, StiffeningLaw::Yeoh] {
+        let own = lab.curves(law.law(0.0)).expect("a proper law").pokes[0].at(0.003);
+        let shared = shared[0].pokes[0].at(0.003);
+        assert!((&own - &shared).amax() < 1e-9 * shared.amax(), "{law:?}");
+    }
 }

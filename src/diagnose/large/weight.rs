@@ -25,7 +25,7 @@ use crate::geometry::{Mat3, Vec3};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-/// What the weight adds at one poke, per m/s² of gravity along each axis (columns). Rows as in
+/// What the weight adds at one poke, per N/m³ over the modulus (1/m) along each axis (columns). Rows as in
 /// [`Curve`](super::Curve).
 #[derive(Debug, Clone)]
 pub struct Weight {
@@ -41,8 +41,7 @@ impl Lab {
     /// # Errors
     /// What the linear solver reports.
     pub fn weight(&self) -> Result<Vec<Weight>, DiagnoseError> {
-        let loads = [Vec3::x(), Vec3::y(), Vec3::z()]
-            .map(|axis| self.body.body_force(&(axis * self.density_per_modulus)));
+        let loads = [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| self.body.body_force(&axis));
         let free = vec![0.0; self.untouched.ties().len()];
         let strained_by = |load: &Vec<f64>| -> Result<Vec<Mat3>, DiagnoseError> {
             let sag = self.untouched.linear(&self.body, load, &free)?.displacement;
