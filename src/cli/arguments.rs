@@ -89,6 +89,11 @@ pub(super) struct SessionArguments {
 
 /// Finds out what instruments are worth, and where they stand.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  phantom-rig calibrate import exports/monday --out calibration/monday
+  phantom-rig calibrate tensile calibration/raw/batch-7 --strain 0,0.3 --specimen 'gel, batch 7' --out calibration/gel-7
+  phantom-rig calibrate set --name 'bench 2' --force calibration/force/force.toml --out calibration/bench-2.toml
+  phantom-rig calibrate stage --help")]
 pub(super) struct CalibrateArguments {
     #[command(subcommand)]
     pub(super) what: Calibration,

@@ -135,7 +135,12 @@ fn sampled(channel: &ChannelSurvey) -> String {
         1 => format!("1 gap in a poke of {longest:.3} s: nothing is interpolated across"),
         n => format!("{n} gaps in pokes, the longest {longest:.3} s: nothing is interpolated across"),
     };
-    format!("{} instants at {rate}, {gaps}", channel.rows)
+    let missing = match channel.missing_in_pokes {
+        None | Some(0) => String::new(),
+        Some(1) => ", 1 instant missing in a poke".to_owned(),
+        Some(n) => format!(", {n} instants missing in pokes"),
+    };
+    format!("{} instants at {rate}, {gaps}{missing}", channel.rows)
 }
 
 fn rest(text: &mut String, recording: &Recording, survey: &Survey, noise: &RestNoise) -> std::fmt::Result {

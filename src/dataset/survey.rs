@@ -11,6 +11,10 @@ use std::collections::BTreeMap;
 /// A gap is a spacing longer than this many median spacings; no value is interpolated across it.
 const GAP_SPACINGS: f64 = 5.0;
 
+/// A channel keeps a rate when this share of its spacings differs by less than that share from the median.
+const STEADY: f64 = 0.8;
+const OFF_TIME: f64 = 0.25;
+
 /// What is in a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Survey {
@@ -88,6 +92,8 @@ pub struct ChannelSurvey {
     pub gaps_in_pokes: usize,
     /// Longest spacing inside a poke (s).
     pub longest_spacing_in_pokes_s: f64,
+    /// Instants that are missing inside pokes; `None` of a channel that keeps no rate.
+    pub missing_in_pokes: Option<usize>,
 }
 
 /// How often markers were seen.
@@ -167,17 +173,21 @@ fn channel(time_s: &[f64], pokes: &[Poke]) -> ChannelSurvey {
     let median = spacing.get(spacing.len() / 2).copied();
     let rows = Rows::new(time_s);
     let inside = pokes.iter().flat_map(|p| time_s[rows.within(p.start_s, p.end_s)].windows(2));
-    let (mut gaps_in_pokes, mut longest_spacing_in_pokes_s) = (0, 0.0_f64);
+    let (mut gaps_in_pokes, mut longest_spacing_in_pokes_s, mut missing) = (0, 0.0_f64, 0);
     for pair in inside {
         let spacing = pair[1] - pair[0];
         longest_spacing_in_pokes_s = longest_spacing_in_pokes_s.max(spacing);
         gaps_in_pokes += usize::from(median.is_some_and(|m| spacing > GAP_SPACINGS * m));
+        missing += median.map_or(0, |m| (spacing / m).round() as usize).saturating_sub(1);
     }
+    let on_time = |m: f64| spacing.iter().filter(|s| (*s / m - 1.0).abs() < OFF_TIME).count();
+    let keeps_a_rate = median.is_some_and(|m| on_time(m) as f64 > STEADY * spacing.len() as f64);
     ChannelSurvey {
         rows: time_s.len(),
         rate_hz: median.map(|m| 1.0 / m),
         gaps_in_pokes,
         longest_spacing_in_pokes_s,
+        missing_in_pokes: keeps_a_rate.then_some(missing),
     }
 }
 

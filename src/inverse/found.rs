@@ -35,10 +35,10 @@ pub struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// Whether the restraint is, patch by patch, [alike](Restraint::alike) to this one.
+    /// Whether the restraint is, patch by patch in any order, [alike](Restraint::alike) to this one.
     pub fn alike(&self, others: &[Restraint]) -> bool {
         let own = &self.at.state.patches;
-        own.len() == others.len() && own.iter().zip(others).all(|(own, other)| own.alike(other))
+        own.len() == others.len() && own.iter().all(|own| others.iter().any(|other| own.alike(other)))
     }
 }
 

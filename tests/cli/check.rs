@@ -76,19 +76,26 @@ fn a_stage_that_stands_exactly_still_is_not_suspected() {
 }
 
 #[test]
-fn gaps_in_pokes_are_counted() {
-    let folder = bundle(|r| {
-        let keep = |t: f64| !(1.21..1.59).contains(&t);
-        let wrench = std::mem::take(&mut r.wrench);
-        for (i, t) in wrench.time_s.into_iter().enumerate().filter(|&(_, t)| keep(t)) {
-            r.wrench.time_s.push(t);
-            r.wrench.force_n.push(wrench.force_n[i]);
-            r.wrench.torque_nm.push(wrench.torque_nm[i]);
-        }
-    });
-    let (code, stdout, _) = run(&["check", utf8(folder.path())]);
-    assert_eq!(code, 0);
-    assert!(stdout.contains("1 gap in a poke of 0.400 s: nothing is interpolated across"), "{stdout}");
+fn gaps_in_pokes_and_what_is_missing_are_counted() {
+    for (gone, said) in [
+        (
+            1.21..1.59,
+            "1 gap in a poke of 0.400 s: nothing is interpolated across, 7 instants missing in pokes",
+        ),
+        (1.21..1.29, "no gap in a poke, 1 instant missing in a poke"),
+    ] {
+        let folder = bundle(|r| {
+            let wrench = std::mem::take(&mut r.wrench);
+            for (i, t) in wrench.time_s.into_iter().enumerate().filter(|(_, t)| !gone.contains(t)) {
+                r.wrench.time_s.push(t);
+                r.wrench.force_n.push(wrench.force_n[i]);
+                r.wrench.torque_nm.push(wrench.torque_nm[i]);
+            }
+        });
+        let (code, stdout, _) = run(&["check", utf8(folder.path())]);
+        assert_eq!(code, 0);
+        assert!(stdout.contains(said), "{stdout}");
+    }
 }
 
 #[test]
