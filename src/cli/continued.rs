@@ -326,7 +326,7 @@ mod tests {
     fn diagnosis(confidence: f64, more: bool) -> Diagnosis {
         let reading = Reading {
             young_modulus_pa: Estimate { value: 1e4, sd: 1.0 },
-            restraint_total_n_per_m: 0.0,
+            restraint_total_n_per_m: Estimate { value: 0.0, sd: 0.0 },
             chi2_per_dof: 1.0,
             held_out_chi2_per_dof: 1.0,
         };

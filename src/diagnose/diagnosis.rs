@@ -174,7 +174,7 @@ pub struct Reading {
     /// Equilibrium Young's modulus (Pa).
     pub young_modulus_pa: Estimate,
     /// Total stiffness of the springs found (N/m).
-    pub restraint_total_n_per_m: f64,
+    pub restraint_total_n_per_m: Estimate,
     /// Sum of squares per reading, less the fitted parameters.
     pub chi2_per_dof: f64,
     /// Sum of squares per reading of pokes predicted by a fit to the others.

@@ -212,11 +212,15 @@ impl<'a> Model<'a> {
         self.patches.len()
     }
 
-    /// Total stiffness of the springs that act (N/m).
-    pub(super) fn springs_n_per_m(&self, acting: &Acting, at: &DVector<f64>) -> f64 {
-        let acts = |p: &usize| !acting.without.contains(p);
-        let springs = (0..self.patches.len()).filter(acts).map(|p| &self.patches[p]);
-        springs.filter_map(|patch| patch.log_stiffness.map(|i| at[i].exp() * patch.discs.len() as f64)).sum()
+    /// Total stiffness of the springs that act (N/m), and its gradient by the parameters.
+    pub(super) fn springs_n_per_m(&self, acting: &Acting, at: &DVector<f64>) -> (f64, DVector<f64>) {
+        let mut by = DVector::zeros(at.len());
+        for (p, patch) in self.patches.iter().enumerate() {
+            if let (false, Some(i)) = (acting.without.contains(&p), patch.log_stiffness) {
+                by[i] = at[i].exp() * patch.discs.len() as f64;
+            }
+        }
+        (by.sum(), by)
     }
 
     /// Number of parameters: the baseline's, the knobs', and two shares for every site.

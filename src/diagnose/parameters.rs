@@ -2,13 +2,15 @@
 
 use super::bulk::BulkKnob;
 use super::diagnosis::{Estimate, Found, Parameter};
+use super::error::DiagnoseError;
+use super::gains::common_gain;
 use super::knob::Knob;
 use super::law::law_of;
 use super::model::Model;
 use super::physics::Physics;
 use super::refit::Fitted;
 use crate::geometry::Vec3;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// Parameters of every effect of a reading, in the order of `physics`.
 pub(super) fn parameters(
@@ -87,21 +89,54 @@ const POISSON: f64 = 2.5e-3;
 const SOFTENING: f64 = 0.25;
 const SCALE: f64 = 1.6;
 
-/// Relative standard deviation of the modulus by what elements and simplified laws leave of the effects' own parameters: each moves it as chance
-/// would (`covariance` of all parameters, the modulus first, by its logarithm).
-pub(super) fn modulus_by_model(model: &Model<'_>, fitted: &Fitted, covariance: &DMatrix<f64>) -> f64 {
+/// A stiffness and its deviation; `gradient` is that by all parameters, `covariance` theirs. It carries what the elements get wrong of it and of the
+/// effects, and what no ratio of gains says: both scale all stiffness.
+pub(super) fn stiffness(
+    model: &Model<'_>,
+    fitted: &Fitted,
+    covariance: &DMatrix<f64>,
+    value: f64,
+    gradient: &DVector<f64>,
+) -> Result<Estimate, DiagnoseError> {
+    let excess = (fitted.chi2() / fitted.values() as f64).max(1.0);
+    let by_chance = gradient.dot(&(covariance * gradient)) * excess;
+    let scale = common_gain(model, fitted).hypot(model.settled.modulus_error()?);
+    let besides = moved_by_model(model, fitted, covariance, gradient).hypot(value * scale);
+    Ok(Estimate { value, sd: by_chance.max(0.0).sqrt().hypot(besides) })
+}
+
+/// The springs together (N/m).
+pub(super) fn springs(
+    model: &Model<'_>,
+    fitted: &Fitted,
+    covariance: &DMatrix<f64>,
+) -> Result<Estimate, DiagnoseError> {
+    let (value, gradient) = model.springs_n_per_m(&fitted.acting, &fitted.at);
+    stiffness(model, fitted, covariance, value, &gradient)
+}
+
+/// Standard deviation of what follows the parameters by this `gradient`, by what elements and simplified laws leave of the effects' own: each
+/// moves it as chance would (`covariance` of all parameters).
+fn moved_by_model(
+    model: &Model<'_>,
+    fitted: &Fitted,
+    covariance: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+) -> f64 {
     let share = softened(model, fitted);
+    let together = covariance * gradient;
     let moved = |(i, knob): (usize, &Knob)| {
         let at = model.base() + i;
-        through(covariance, at, by_model(*knob, fitted.at[at], share))
+        through(&together, covariance, at, by_model(*knob, fitted.at[at], share))
     };
     fitted.acting.knobs.iter().enumerate().map(moved).fold(0.0, f64::hypot)
 }
 
-/// By how much the first parameter moves with one that is off by `off`, the others answering as chance has them.
-fn through(covariance: &DMatrix<f64>, parameter: usize, off: f64) -> f64 {
+/// By how much something moves with a parameter that is off by `off`, the others answering as chance has them; `together` is its covariance
+/// with every parameter.
+fn through(together: &DVector<f64>, covariance: &DMatrix<f64>, parameter: usize, off: f64) -> f64 {
     let variance = covariance[(parameter, parameter)];
-    if variance > 0.0 { covariance[(0, parameter)] / variance * off } else { 0.0 }
+    if variance > 0.0 { together[parameter] / variance * off } else { 0.0 }
 }
 
 fn said(model: &Model<'_>, fitted: &Fitted, knob: Knob, value: f64, sd: f64) -> Estimate {
@@ -139,8 +174,9 @@ fn complete(
             }
         }
         Physics::SlackBand => {
-            let value = model.springs_n_per_m(&fitted.acting, &fitted.at);
-            let total = Estimate { value, sd: f64::NAN };
+            let (value, _) = model.springs_n_per_m(&fitted.acting, &fitted.at);
+            let known = covariance.and_then(|covariance| springs(model, fitted, covariance).ok());
+            let total = known.unwrap_or(Estimate { value, sd: f64::NAN });
             parameters.push(Parameter { id: "stiffness_n_per_m", values: vec![total], list: false });
             let direction = fitted.acting.knobs.iter().find_map(|knob| match knob {
                 Knob::Gap(direction) => Some(*direction),
@@ -241,12 +277,16 @@ mod tests {
         assert_eq!(by_model(Knob::Drift(0), 1.0, 0.0), 0.0);
     }
 
-    /// What correlates with the modulus carries its own model's error over; what stays carries none.
+    /// What correlates with the modulus, or a sum of parameters, carries its own model's error over; what stays carries none.
     #[test]
-    fn a_model_s_error_moves_the_modulus() {
+    fn a_model_s_error_moves_what_correlates() {
         let covariance = DMatrix::from_row_slice(2, 2, &[4.0, 3.0, 3.0, 9.0]);
-        assert!((through(&covariance, 1, 0.6) - 0.2).abs() < 1e-12);
-        assert_eq!(through(&DMatrix::zeros(2, 2), 1, 0.6), 0.0);
+        let moved = |covariance: &DMatrix<f64>, gradient: [f64; 2]| {
+            through(&(covariance * DVector::from_row_slice(&gradient)), covariance, 1, 0.6)
+        };
+        assert!((moved(&covariance, [1.0, 0.0]) - 0.2).abs() < 1e-12);
+        assert!((moved(&covariance, [1.0, 2.0]) - 1.4).abs() < 1e-12);
+        assert_eq!(moved(&DMatrix::zeros(2, 2), [1.0, 0.0]), 0.0);
     }
 
     /// Of a difference of two that err alike, less than of either.

@@ -12,18 +12,16 @@ use super::anew::{Anew, evidence, restraint, worth_it};
 use super::beyond::Beyond;
 use super::bulk::Lab;
 use super::curves::curves;
-use super::diagnosis::{
-    Candidate, Diagnosis, Estimate, Mismatch, NextPoke, Progress, Reading, Settings, Verdict,
-};
+use super::diagnosis::{Candidate, Diagnosis, Mismatch, NextPoke, Progress, Reading, Settings, Verdict};
 use super::error::DiagnoseError;
-use super::gains::{common_gain, with_its_gains};
+use super::gains::with_its_gains;
 use super::hum::{hums, tell, without};
 use super::law::with_its_law;
 use super::left::Left;
 use super::limits::limits;
 use super::model::Model;
 use super::next_poke::{Standing, next_poke};
-use super::parameters::{modulus_by_model, parameters};
+use super::parameters::{parameters, springs, stiffness};
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
 use super::rivals::others;
@@ -32,6 +30,7 @@ use super::undecided::undecided;
 use super::verdict::{EXPLAINS, Judged, ball_centre, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
+use nalgebra::DVector;
 
 /// Diagnoses `recording`.
 ///
@@ -379,19 +378,17 @@ fn left(model: &Model<'_>, fitted: &Fitted) -> Result<Left, DiagnoseError> {
     Left::of(model, fitted).ok_or(DiagnoseError::Singular)
 }
 
-/// How well a fit explains the recording. The modulus carries what the elements get wrong of it and of the effects, and what no ratio of gains says.
+/// How well a fit explains the recording.
 fn reading(Explained { model, fitted }: Explained<'_>) -> Result<Reading, DiagnoseError> {
     let covariance = fitted.stated_covariance(model).ok_or(DiagnoseError::Singular)?;
     let parameters = fitted.at.len() - 2 * model.body.sites;
     let held_out = fitted.held_out(model).ok_or(DiagnoseError::Singular)?;
-    let value = fitted.at[0].exp();
-    let excess = (fitted.chi2() / fitted.values() as f64).max(1.0);
-    let of_effects = common_gain(model, fitted).hypot(modulus_by_model(model, fitted, &covariance));
-    let besides = model.settled.modulus_error()?.hypot(of_effects);
-    let relative = (covariance[(0, 0)] * excess + besides.powi(2)).sqrt();
+    let modulus = fitted.at[0].exp();
+    let mut by_modulus = DVector::zeros(fitted.at.len());
+    by_modulus[0] = modulus;
     Ok(Reading {
-        young_modulus_pa: Estimate { value, sd: value * relative },
-        restraint_total_n_per_m: model.springs_n_per_m(&fitted.acting, &fitted.at),
+        young_modulus_pa: stiffness(model, fitted, &covariance, modulus, &by_modulus)?,
+        restraint_total_n_per_m: springs(model, fitted, &covariance)?,
         chi2_per_dof: fitted.chi2() / fitted.values().saturating_sub(parameters).max(1) as f64,
         held_out_chi2_per_dof: held_out.iter().sum::<f64>() / fitted.values().max(1) as f64,
     })

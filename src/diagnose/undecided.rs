@@ -9,7 +9,7 @@ use super::error::DiagnoseError;
 use super::physics::Physics;
 use crate::clock::Rows;
 use crate::geometry::Vec3;
-use crate::inverse::{Driven, Fit, Settled, outcome};
+use crate::inverse::{self, Driven, Fit, Settled, outcome};
 use crate::observation::Recording;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -85,10 +85,10 @@ pub(super) fn undecided(
 }
 
 fn reading(fit: &Fit) -> Reading {
-    let modulus = fit.young_modulus_pa;
+    let estimate = |of: inverse::Estimate| Estimate { value: of.value, sd: of.sd };
     Reading {
-        young_modulus_pa: Estimate { value: modulus.value, sd: modulus.sd },
-        restraint_total_n_per_m: fit.restraint_total_n_per_m.value,
+        young_modulus_pa: estimate(fit.young_modulus_pa),
+        restraint_total_n_per_m: estimate(fit.restraint_total_n_per_m),
         chi2_per_dof: fit.residual.chi2_per_dof,
         held_out_chi2_per_dof: f64::NAN,
     }

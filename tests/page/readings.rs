@@ -18,7 +18,7 @@ fn parameter(id: &'static str, value: f64, sd: f64, list: bool) -> Parameter {
 fn reading(modulus: f64, sd: f64, held_out: f64) -> Reading {
     Reading {
         young_modulus_pa: Estimate { value: modulus, sd },
-        restraint_total_n_per_m: 124.3,
+        restraint_total_n_per_m: Estimate { value: 124.3, sd: 2.4 },
         chi2_per_dof: held_out * 0.99,
         held_out_chi2_per_dof: held_out,
     }

@@ -261,10 +261,10 @@ fn restraint_is_found_beside_a_tip_that_slides() {
     assert_eq!(diagnosis.verdict.physics, [Physics::TipSlip]);
     assert_close(parameter(&diagnosis, Physics::TipSlip, "friction_coefficient"), friction_coefficient, 0.05);
     let Reading { young_modulus_pa, restraint_total_n_per_m, .. } = diagnosis.baseline;
-    assert!(young_modulus_pa.value < 0.92 * world.young_modulus_pa && restraint_total_n_per_m < 10.0);
+    assert!(young_modulus_pa.value < 0.92 * world.young_modulus_pa && restraint_total_n_per_m.value < 10.0);
     assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.01);
     // Two pokes tell a modulus to 2 % and a stiffness to a quarter.
-    assert_close(diagnosis.extended.restraint_total_n_per_m, stiffness_n_per_m, 0.25);
+    assert_close(diagnosis.extended.restraint_total_n_per_m.value, stiffness_n_per_m, 0.25);
 }
 
 #[test]
@@ -290,8 +290,8 @@ fn restraint_is_found_again_under_what_explains_everything() {
     let diagnosis = quickly(&recording);
     assert_eq!(diagnosis.verdict.physics, [Physics::LateContact]);
     assert_close(parameter(&diagnosis, Physics::LateContact, "gap_m"), gap_m, 0.02);
-    assert!(diagnosis.baseline.restraint_total_n_per_m < 0.5 * stiffness_n_per_m);
-    assert_close(diagnosis.extended.restraint_total_n_per_m, stiffness_n_per_m, 0.05);
+    assert!(diagnosis.baseline.restraint_total_n_per_m.value < 0.5 * stiffness_n_per_m);
+    assert_close(diagnosis.extended.restraint_total_n_per_m.value, stiffness_n_per_m, 0.05);
     assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.003);
 }
 

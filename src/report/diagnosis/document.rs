@@ -96,6 +96,7 @@ struct CandidateEntry<'a> {
 struct ReadingEntry {
     young_modulus_pa: EstimateEntry,
     restraint_total_n_per_m: Option<f64>,
+    restraint_total_sd_n_per_m: Option<f64>,
     chi2_per_dof: Option<f64>,
     held_out_chi2_per_dof: Option<f64>,
 }
@@ -189,7 +190,8 @@ impl ReadingEntry {
     fn new(reading: &Reading) -> Self {
         Self {
             young_modulus_pa: estimate(&reading.young_modulus_pa),
-            restraint_total_n_per_m: known(reading.restraint_total_n_per_m),
+            restraint_total_n_per_m: known(reading.restraint_total_n_per_m.value),
+            restraint_total_sd_n_per_m: known(reading.restraint_total_n_per_m.sd),
             chi2_per_dof: known(reading.chi2_per_dof),
             held_out_chi2_per_dof: known(reading.held_out_chi2_per_dof),
         }

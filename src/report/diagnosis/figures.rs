@@ -14,7 +14,7 @@ pub(super) fn before_after(diagnosis: &Diagnosis) -> String {
     };
     let rows = [
         row("Young’s modulus, equilibrium", &|r| modulus(&r.young_modulus_pa)),
-        row("Restraint, springs together", &|r| number(r.restraint_total_n_per_m, 1, " N/m")),
+        row("Restraint, springs together", &|r| springs(&r.restraint_total_n_per_m)),
         row("χ² per value of held-out pokes", &|r| number(r.held_out_chi2_per_dof, 3, "")),
         row("χ² per degree of freedom", &|r| number(r.chi2_per_dof, 3, "")),
     ];
@@ -106,6 +106,10 @@ fn modulus(estimate: &Estimate) -> String {
     } else {
         pascals(estimate.value)
     }
+}
+
+fn springs(total: &Estimate) -> String {
+    if total.value > 0.0 { with_sd(total.value, total.sd, 1.0, "N/m") } else { "none".to_owned() }
 }
 
 fn value(estimate: &Estimate) -> String {

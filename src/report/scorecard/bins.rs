@@ -1,5 +1,7 @@
 //! Bins of equal count: how often verdicts of a confidence are right.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 /// Draws of about the same confidence, or strength.
@@ -43,6 +45,18 @@ pub fn calibration_error(bins: &[Bin]) -> Option<f64> {
     (total > 0).then(|| sum / total as f64)
 }
 
+/// The expected calibration error, in the mean, of verdicts that are right exactly as often as their confidence says: chance alone makes so
+/// much of it in so many bins. Seeded; none without confidences.
+pub(super) fn calibration_error_by_chance(confidences: &[f64], bins: usize) -> Option<f64> {
+    const TIMES: u32 = 1000;
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut drawn = || {
+        let pairs: Vec<(f64, bool)> = confidences.iter().map(|&c| (c, random.random::<f64>() < c)).collect();
+        calibration_error(&reliability(&pairs, bins))
+    };
+    (0..TIMES).map(|_| drawn()).sum::<Option<f64>>().map(|sum| sum / f64::from(TIMES))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,5 +75,16 @@ mod tests {
         let error = calibration_error(&reliability(&pairs, 2)).expect("an error");
         assert!((error - 0.45).abs() < 1e-12, "{error}");
         assert_eq!(calibration_error(&reliability(&[], 10)), None);
+    }
+
+    /// Of one bin of `n` it is the mean distance of a binomial share, `√(2 p (1 − p) / π n)`; of verdicts that are sure it is nothing.
+    #[test]
+    fn chance_alone_makes_an_error() {
+        let by_chance =
+            |confidence: f64| calibration_error_by_chance(&[confidence; 400], 1).expect("an error");
+        let exact = (2.0 * 0.9 * 0.1 / (std::f64::consts::PI * 400.0)).sqrt();
+        assert!((by_chance(0.9) / exact - 1.0).abs() < 0.1, "{} {exact}", by_chance(0.9));
+        assert_eq!(by_chance(1.0), 0.0);
+        assert_eq!(calibration_error_by_chance(&[], 10), None);
     }
 }

@@ -1,6 +1,6 @@
 //! The sums over all draws.
 
-use super::bins::{Bin, calibration_error, reliability};
+use super::bins::{Bin, calibration_error, calibration_error_by_chance, reliability};
 use super::judge::{Judged, Kind, Outcome};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -116,6 +116,8 @@ pub struct Scorecard {
     pub reliability: Vec<Bin>,
     /// Expected calibration error.
     pub calibration_error: Option<f64>,
+    /// What chance alone would make of it, were every confidence right.
+    pub calibration_error_by_chance: Option<f64>,
     /// Strength against share detected, effects of and off the catalogue.
     pub detected_by_strength: Vec<Bin>,
     /// Strength against share named right, effects of the catalogue.
@@ -184,6 +186,10 @@ impl Scorecard {
             held_out_before: spread(rightly().filter_map(|j| j.held_out[0])),
             held_out_after: spread(rightly().filter_map(|j| j.held_out[1])),
             calibration_error: calibration_error(&reliability),
+            calibration_error_by_chance: calibration_error_by_chance(
+                &confidences.iter().map(|(confidence, _)| *confidence).collect::<Vec<_>>(),
+                CONFIDENCE_BINS,
+            ),
             reliability,
             detected_by_strength: by_strength(&|j| j.kind != Kind::Nothing, &|j| j.detected),
             named_by_strength: by_strength(&listed, &is(Outcome::Right)),

@@ -63,7 +63,10 @@ pub(super) fn rows(card: &Scorecard) -> Vec<[String; 2]> {
         row("held-out misfit after, named right", size(&card.held_out_after, 1.0, "")),
         row(
             "expected calibration error",
-            card.calibration_error.map_or("–".to_owned(), |e| format!("{e:.3}")),
+            match (card.calibration_error, card.calibration_error_by_chance) {
+                (Some(error), Some(chance)) => format!("{error:.3}, chance alone {chance:.3}"),
+                _ => "–".to_owned(),
+            },
         ),
         row("90 % interval of the modulus holds it", share(card.coverage.modulus)),
         row("90 % intervals of parameters hold them", share(card.coverage.parameters)),
