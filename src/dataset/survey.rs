@@ -211,3 +211,28 @@ fn markers(recording: &Recording) -> MarkerSurvey {
         worst_occluded: share(frames - fewest, frames),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec3;
+
+    #[test]
+    fn nothing_is_missing_of_a_channel_that_keeps_no_rate() {
+        let pokes = [Poke {
+            number: 1,
+            site: Vec3::zeros(),
+            direction: Vec3::z(),
+            radius_m: 0.005,
+            start_s: 0.0,
+            end_s: 10.0,
+        }];
+        let beat = |n: u32| f64::from(n) * 0.1;
+        let missing = |time_s: Vec<f64>| channel(&time_s, &pokes).missing_in_pokes;
+        assert_eq!(missing((0..100).map(beat).collect()), Some(0));
+        assert_eq!(missing((0..100).filter(|n| ![40, 60, 61].contains(n)).map(beat).collect()), Some(3));
+        // Reports that come in pairs, with a pause of three times as long between.
+        assert_eq!(missing((0..100).filter(|n| n % 4 < 2).map(beat).collect()), None);
+        assert_eq!(missing(vec![1.0]), None);
+    }
+}

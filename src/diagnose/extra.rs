@@ -116,8 +116,7 @@ impl Shelf {
                 && (one.softness / other.softness).ln().abs() <= NEAR_LOG;
             (springs && close) || one.alike(other)
         };
-        restraint.len() == self.restraint.len()
-            && restraint.iter().all(|one| self.restraint.iter().any(|other| near(one, other)))
+        Restraint::paired(restraint, &self.restraint, near)
     }
 
     /// The same for refits.

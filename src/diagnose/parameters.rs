@@ -1,7 +1,7 @@
 //! What was fitted, in the catalogue's terms.
 
 use super::bulk::BulkKnob;
-use super::diagnosis::{Estimate, Found, Parameter};
+use super::diagnosis::{Estimate, Found, Parameter, Reading};
 use super::error::DiagnoseError;
 use super::gains::common_gain;
 use super::knob::Knob;
@@ -12,11 +12,12 @@ use super::refit::Fitted;
 use crate::geometry::Vec3;
 use nalgebra::{DMatrix, DVector};
 
-/// Parameters of every effect of a reading, in the order of `physics`.
+/// Parameters of every effect of a reading, in the order of `physics`; `covariance` is that of all that is fitted.
 pub(super) fn parameters(
     model: &Model<'_>,
     fitted: &Fitted,
-    covariance: Option<&DMatrix<f64>>,
+    covariance: &DMatrix<f64>,
+    reading: &Reading,
     physics: &[Physics],
 ) -> Vec<Found> {
     physics
@@ -30,7 +31,7 @@ pub(super) fn parameters(
                     continue;
                 }
                 let at = model.base() + i;
-                let sd = covariance.map_or(f64::NAN, |c| c[(at, at)].max(0.0).sqrt());
+                let sd = covariance[(at, at)].max(0.0).sqrt();
                 let sd = sd.hypot(by_model(*knob, fitted.at[at], share));
                 let estimate = said(model, fitted, *knob, fitted.at[at], sd);
                 match parameters.iter_mut().find(|p| p.id == knob.id()) {
@@ -42,7 +43,7 @@ pub(super) fn parameters(
                     }),
                 }
             }
-            complete(model, fitted, covariance, physics, &mut parameters);
+            complete(model, fitted, covariance, reading, physics, &mut parameters);
             let law = law_of(fitted).filter(|_| physics == Physics::StrainStiffening);
             Found { physics, parameters, law }
         })
@@ -156,7 +157,8 @@ fn said(model: &Model<'_>, fitted: &Fitted, knob: Knob, value: f64, sd: f64) -> 
 fn complete(
     model: &Model<'_>,
     fitted: &Fitted,
-    covariance: Option<&DMatrix<f64>>,
+    covariance: &DMatrix<f64>,
+    reading: &Reading,
     physics: Physics,
     parameters: &mut Vec<Parameter>,
 ) {
@@ -174,9 +176,7 @@ fn complete(
             }
         }
         Physics::SlackBand => {
-            let (value, _) = model.springs_n_per_m(&fitted.acting, &fitted.at);
-            let known = covariance.and_then(|covariance| springs(model, fitted, covariance).ok());
-            let total = known.unwrap_or(Estimate { value, sd: f64::NAN });
+            let total = reading.restraint_total_n_per_m;
             parameters.push(Parameter { id: "stiffness_n_per_m", values: vec![total], list: false });
             let direction = fitted.acting.knobs.iter().find_map(|knob| match knob {
                 Knob::Gap(direction) => Some(*direction),
@@ -245,12 +245,10 @@ pub(super) fn position(model: &Model<'_>, fitted: &Fitted, knob: Knob) -> Option
 }
 
 /// Standard deviation of a sum of parameters (index and factor of each).
-fn deviation(covariance: Option<&DMatrix<f64>>, slopes: &[(usize, f64)]) -> f64 {
-    covariance.map_or(f64::NAN, |covariance| {
-        let between = |(i, a): &(usize, f64), (j, b): &(usize, f64)| a * b * covariance[(*i, *j)];
-        let variance: f64 = slopes.iter().flat_map(|a| slopes.iter().map(move |b| between(a, b))).sum();
-        variance.max(0.0).sqrt()
-    })
+fn deviation(covariance: &DMatrix<f64>, slopes: &[(usize, f64)]) -> f64 {
+    let between = |(i, a): &(usize, f64), (j, b): &(usize, f64)| a * b * covariance[(*i, *j)];
+    let variance: f64 = slopes.iter().flat_map(|a| slopes.iter().map(move |b| between(a, b))).sum();
+    variance.max(0.0).sqrt()
 }
 
 #[cfg(test)]
@@ -293,9 +291,8 @@ mod tests {
     #[test]
     fn deviations_of_sums_know_correlations() {
         let covariance = DMatrix::from_row_slice(2, 2, &[4.0, 3.0, 3.0, 9.0]);
-        let of = |slopes: &[(usize, f64)]| deviation(Some(&covariance), slopes);
+        let of = |slopes: &[(usize, f64)]| deviation(&covariance, slopes);
         assert_eq!(of(&[(1, 2.0)]), 6.0);
         assert!((of(&[(0, 1.0), (1, -1.0)]) - 7_f64.sqrt()).abs() < 1e-12);
-        assert!(deviation(None, &[(0, 1.0)]).is_nan());
     }
 }

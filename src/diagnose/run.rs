@@ -30,7 +30,7 @@ use super::undecided::undecided;
 use super::verdict::{EXPLAINS, Judged, ball_centre, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 /// Diagnoses `recording`.
 ///
@@ -269,8 +269,8 @@ impl Run<'_> {
         };
         let (channels, pokes, phases) =
             if judged.detected { parts(model, &before) } else { Default::default() };
-        let covariance = extended.fitted.stated_covariance(extended.model);
-        let extension = reading(extended)?;
+        let of_extended = covariance(extended)?;
+        let extension = reading(extended, &of_extended)?;
         judged.doubt_modulus(extension.young_modulus_pa, self.recording.phantom.modulus_range_pa);
         Ok(Diagnosis {
             recording: self.recording.name.clone(),
@@ -283,9 +283,9 @@ impl Run<'_> {
                 region: judged.detected.then(|| region(model, &before)).flatten(),
                 properties: judged.properties.clone(),
             },
-            parameters: parameters(model, extended.fitted, covariance.as_ref(), judged.verdict.blamed()),
+            parameters: parameters(model, extended.fitted, &of_extended, &extension, judged.verdict.blamed()),
             candidates: candidates(model, &selection, &judged),
-            baseline: reading(plain)?,
+            baseline: reading(plain, &covariance(plain)?)?,
             extended: extension,
             next_poke: next(model, &selection, &judged, self.settings),
             curves: curves((plain.model, plain.fitted), (extended.model, extended.fitted)),
@@ -378,17 +378,23 @@ fn left(model: &Model<'_>, fitted: &Fitted) -> Result<Left, DiagnoseError> {
     Left::of(model, fitted).ok_or(DiagnoseError::Singular)
 }
 
-/// How well a fit explains the recording.
-fn reading(Explained { model, fitted }: Explained<'_>) -> Result<Reading, DiagnoseError> {
-    let covariance = fitted.stated_covariance(model).ok_or(DiagnoseError::Singular)?;
+fn covariance(Explained { model, fitted }: Explained<'_>) -> Result<DMatrix<f64>, DiagnoseError> {
+    fitted.stated_covariance(model).ok_or(DiagnoseError::Singular)
+}
+
+/// How well a fit explains the recording; `covariance` is that of its parameters.
+fn reading(
+    Explained { model, fitted }: Explained<'_>,
+    covariance: &DMatrix<f64>,
+) -> Result<Reading, DiagnoseError> {
     let parameters = fitted.at.len() - 2 * model.body.sites;
     let held_out = fitted.held_out(model).ok_or(DiagnoseError::Singular)?;
     let modulus = fitted.at[0].exp();
     let mut by_modulus = DVector::zeros(fitted.at.len());
     by_modulus[0] = modulus;
     Ok(Reading {
-        young_modulus_pa: stiffness(model, fitted, &covariance, modulus, &by_modulus)?,
-        restraint_total_n_per_m: springs(model, fitted, &covariance)?,
+        young_modulus_pa: stiffness(model, fitted, covariance, modulus, &by_modulus)?,
+        restraint_total_n_per_m: springs(model, fitted, covariance)?,
         chi2_per_dof: fitted.chi2() / fitted.values().saturating_sub(parameters).max(1) as f64,
         held_out_chi2_per_dof: held_out.iter().sum::<f64>() / fitted.values().max(1) as f64,
     })

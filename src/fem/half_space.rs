@@ -219,8 +219,8 @@ impl LoadedDisc {
         }
     }
 
-    /// Distance of `r` from a disc of `radius` (m). Roots, not `hypot`, which guards against ranges that no body has and costs as much
-    /// as a far disc's stress.
+    /// Distance of `r` from a disc of `radius` (m). Roots, not `hypot`: no body has the ranges that it guards against, and this is asked at
+    /// every point.
     pub(super) fn away(r: &Vec3, radius: f64) -> f64 {
         let beyond = ((r.x * r.x + r.y * r.y).sqrt() - radius).max(0.0);
         (beyond * beyond + r.z * r.z).sqrt()

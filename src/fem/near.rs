@@ -67,7 +67,7 @@ impl Near {
     }
 
     /// Traction at `p`, off the plane, on a face with this outward normal: column `j` for a unit force along axis `j`.
-    /// In local coordinates as far as may be: turning three gradients costs more than they do far from the disc.
+    /// In local coordinates as far as may be, so that no gradient is turned.
     fn tractions(&self, p: &Vec3, normal: &Vec3) -> Mat3 {
         let q = &self.frame;
         let (derivatives, n) = (self.derivatives(p), q.transpose() * normal);
@@ -236,6 +236,28 @@ fn over(disc: &Disc, profile: Profile, mut f: impl FnMut(Vec3, f64)) {
         for i in 0..AROUND {
             let (sin, cos) = (std::f64::consts::TAU * (f64::from(i) + 0.5) / f64::from(AROUND)).sin_cos();
             f(disc.centre + basis * Vec3::new(rho * cos, rho * sin, 0.0), wr / f64::from(AROUND));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::elasticity::stress;
+    use super::*;
+
+    /// Tractions are those of the stress of the gradients, for a disc that lies askew.
+    #[test]
+    fn tractions_are_of_the_stress() {
+        const NU: f64 = 0.47;
+        let normal = Vec3::new(0.3, -0.5, 0.8).normalize();
+        let disc = Disc { centre: Vec3::new(0.01, 0.02, 0.03), normal, radius: 0.005 };
+        let near = Near::new(disc, Profile::Uniform, NU);
+        let p = disc.centre - normal * 0.011 + Vec3::new(0.004, 0.007, -0.002);
+        let face = Vec3::new(-0.7, 0.1, 0.4).normalize();
+        let tractions = near.tractions(&p, &face);
+        for (j, gradient) in near.gradients(&p).iter().enumerate() {
+            let exact = stress(gradient, NU) * face;
+            assert!((tractions.column(j) - exact).norm() < 1e-12 * tractions.norm(), "{j}: {exact}");
         }
     }
 }

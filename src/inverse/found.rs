@@ -37,8 +37,7 @@ pub struct Found<'a> {
 impl Found<'_> {
     /// Whether the restraint is, patch by patch in any order, [alike](Restraint::alike) to this one.
     pub fn alike(&self, others: &[Restraint]) -> bool {
-        let own = &self.at.state.patches;
-        own.len() == others.len() && own.iter().all(|own| others.iter().any(|other| own.alike(other)))
+        Restraint::paired(&self.at.state.patches, others, Restraint::alike)
     }
 }
 

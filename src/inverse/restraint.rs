@@ -53,6 +53,16 @@ impl Restraint {
             && close(self.radius_m, other.radius_m)
     }
 
+    /// Whether every patch of one restraint stands for one of the other that is the `same`, in any order.
+    pub fn paired(own: &[Self], others: &[Self], same: impl Fn(&Self, &Self) -> bool) -> bool {
+        let mut left: Vec<&Self> = others.iter().collect();
+        let mut takes = |own: &Self| {
+            let known = left.iter().position(|other| same(own, other));
+            known.map(|known| left.swap_remove(known)).is_some()
+        };
+        own.len() == others.len() && own.iter().all(&mut takes)
+    }
+
     /// The patch's discs on the model's search surface.
     pub fn discs(&self, bench: &Bench, search: &[usize]) -> Result<Vec<Spot>, InverseError> {
         let space = bench.model.space();
@@ -137,6 +147,23 @@ mod tests {
         ] {
             assert!(!one.alike(&other) && !other.alike(&one), "{other:?}");
         }
+    }
+
+    #[test]
+    fn patches_pair_in_any_order_one_to_one() {
+        let at = |x: f64| Restraint {
+            centre: Vec3::new(x, 0.0, 0.0),
+            radius_m: 0.005,
+            softness: 10.0,
+            glued: false,
+        };
+        let paired = |own: &[Restraint], others: &[Restraint]| {
+            Restraint::paired(own, others, |a, b| (a.centre - b.centre).norm() < 1.5e-3)
+        };
+        assert!(paired(&[], &[]) && paired(&[at(0.0), at(0.02)], &[at(0.021), at(0.001)]));
+        assert!(!paired(&[at(0.0)], &[at(0.0), at(0.0)]) && !paired(&[at(0.0), at(0.0)], &[at(0.0)]));
+        // Both are near the first, and none is near the second.
+        assert!(!paired(&[at(0.0), at(0.001)], &[at(0.0), at(0.02)]));
     }
 
     /// Stiffness of the seven discs on a half-space of unit modulus, each held still in the mean, over that of a rigid
