@@ -35,7 +35,7 @@ fn made(seed: u64, fault: impl Fn(f64, Phase, f64) -> f64) -> Recording {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let noise = Normal::new(0.0, 0.002).expect("a deviation");
     let mut list: Vec<(f64, f64, f64, Phase)> = Vec::new();
-    list.extend((0..12).map(|k| (0.02 * f64::from(k) - 0.25, 0.0, 0.0, Phase::Rest)));
+    list.extend((0..50).map(|k| (0.02 * f64::from(k) - 1.01, 0.0, 0.0, Phase::Rest)));
     list.extend((0..400).map(|k| 0.02 * f64::from(k)).map(|t| (t, t / RAMP_S, force(t), Phase::Ramp)));
     let hold = (0..1200).map(|k| RAMP_S + 0.5 * f64::from(k));
     list.extend(hold.map(|t| (t, 1.0, force(t), Phase::Hold)));
@@ -77,12 +77,27 @@ fn a_sound_specimen_has_memory_and_no_fault() {
     }
 }
 
+/// Force of a sound specimen without noise (N), at any time.
+fn sound(t: f64) -> f64 {
+    match t {
+        t if t < 0.0 => 0.0,
+        t if t < END_S => force(t),
+        t => force(END_S) * (1.0 - 4.0 * (t - END_S) / 6.0).max(0.0),
+    }
+}
+
 /// What a fault makes of the force (N) at a time (s) in a phase.
 type Fault = dyn Fn(f64, Phase, f64) -> f64;
 
 #[test]
 fn faults_are_named() {
-    let cases: [(Name, &Fault); 8] = [
+    let cases: [(Name, &Fault); 11] = [
+        (Name::Lead, &|t, _, f| f - sound(t) + sound(t + 0.2)),
+        (Name::Slipped, &|t, p, f| {
+            let lost = 0.1 * ((t - 300.0) / 10.0).clamp(0.0, 1.0);
+            if p == Phase::Unloading { f } else { f * (1.0 - lost) }
+        }),
+        (Name::Spikes, &|t, p, f| if p == Phase::Hold && (t % 100.0) < 1.8 { f - 0.3 } else { f }),
         (Name::SensorZero, &|_, _, f| f + 0.08),
         (Name::ZeroMoved, &|t, p, f| if p == Phase::Unloading || t > 100.0 { f - 0.05 } else { f }),
         (Name::Sticking, &|t, p, f| {

@@ -4,11 +4,12 @@
 use super::fault::{Fault, Name};
 use super::held_out::{rms, step, trend};
 use super::hold::{MATTERS, SIGMAS, Seen};
-use super::marks::{jumps, mean, spikes};
-use super::plateau::plateau;
+use super::marks::{jumps, mean, spikes, without_spikes};
+use super::plateau::{Plateau, plateau};
 use super::steps::steps;
 use crate::calib::noise::noise;
 use crate::calib::relaxation::Phase;
+use std::ops::Range;
 
 /// Share of the peak by which a jump must change the force.
 const JUMP: f64 = 0.01;
@@ -22,6 +23,13 @@ const MOVED: f64 = 0.005;
 const PARTS: usize = 20;
 /// Rows in a row that are no spike.
 const STICKS: usize = 3;
+
+/// A ramp that ends at the sensor's end.
+struct EndOfTheSensor {
+    plateau: Plateau,
+    /// Samples of the hold that it goes on for.
+    held: usize,
+}
 
 impl Seen<'_> {
     /// The least change of a force that is a jump or a spike: the sensor's own steps are none.
@@ -43,6 +51,7 @@ impl Seen<'_> {
         let f = self.forces(&rows);
         let times: Vec<f64> = rows.iter().map(|row| r.time_s[*row]).collect();
         let sigma = noise(&f).max(self.sigma);
+        let f = without_spikes(&times, &f, &spikes(&times, &f, sigma, self.least()));
         jumps(&f, sigma, self.least()).into_iter().find_map(|(at, excess)| {
             // A file that pauses, or a crosshead that steps back, changes the force by itself.
             let gap = times[at] - times[at - 1] > 3.0 * (times[at - 1] - times[at - 2]);
@@ -69,15 +78,16 @@ impl Seen<'_> {
         let early = &rows[..rows.len() / 4];
         let top = early.iter().position(|row| early.iter().all(|other| r.force[*other] <= r.force[*row]));
         let rows = &rows[top.map_or(0, |top| top + 1)..];
+        // Where a sensor at its end shows the force again, that is no step.
+        let ended = self.end_of_the_sensor().map_or(0, |end| end.held);
+        let rows = &rows[ended.min(rows.len() - 1)..];
         let begin = r.rows(Phase::Ramp).first().map_or(r.time_s[rows[0]], |row| r.time_s[*row]);
         let times: Vec<f64> = rows.iter().map(|row| r.time_s[*row]).collect();
         let shortest = times.get(1).map_or(1.0, |t| t - times[0]);
         // Forces that relax are nearly straight in the logarithm of time.
         let at: Vec<f64> = times.iter().map(|t| (t - begin).max(shortest).ln()).collect();
-        let mut f = self.forces(rows);
-        for spike in spikes(&times, &f, noise(&f).max(self.sigma), self.least()) {
-            f[spike] = 0.5 * (f[spike - 1] + f[spike + 1]);
-        }
+        let f = self.forces(rows);
+        let f = without_spikes(&times, &f, &spikes(&times, &f, noise(&f).max(self.sigma), self.least()));
         let found = steps(&times, &at, &f, noise(&f).max(self.sigma), self.least());
         found
             .into_iter()
@@ -106,13 +116,20 @@ impl Seen<'_> {
         let f = self.forces(&rows);
         let times: Vec<f64> = rows.iter().map(|row| r.time_s[*row]).collect();
         let all = spikes(&times, &f, sigma, self.least());
-        let with: Vec<f64> = all.iter().map(|at| f[at + 1] - 0.5 * (f[*at] + f[at + 2])).collect();
-        let without: Vec<f64> =
-            all.iter().map(|at| f[at + 1] - (f[at - 1] + 2.0 * f[at + 2]) / 3.0).collect();
-        let (first, last) = (rows[*all.first()?], rows[*all.last()?]);
-        let shown = match all.len() {
-            1 => format!("at {:.2} s one sample stands alone, far off its neighbours", r.time_s[first]),
-            n => format!("{n} samples stand alone, far off their neighbours"),
+        // Of a run of n, the sample behind it from that before the run or the run's last, and the one after.
+        let next = |run: &Range<usize>, from: usize| {
+            let share = (times[run.end] - times[from]) / (times[run.end + 1] - times[from]);
+            f[run.end] - f[from] - share * (f[run.end + 1] - f[from])
+        };
+        let with: Vec<f64> = all.iter().map(|run| next(run, run.end - 1)).collect();
+        let without: Vec<f64> = all.iter().map(|run| next(run, run.start - 1)).collect();
+        let (first, last) = (rows[all.first()?.start], rows[all.last()?.end - 1]);
+        let longest = all.iter().map(Range::len).max()?;
+        let shown = match (all.len(), longest) {
+            (1, 1) => format!("at {:.2} s one sample stands alone, far off its neighbours", r.time_s[first]),
+            (n, 1) => format!("{n} samples stand alone, far off their neighbours"),
+            (1, n) => format!("at {:.2} s {n} samples stand off those around them", r.time_s[first]),
+            (places, n) => format!("at {places} places up to {n} samples stand off those around them"),
         };
         self.fault(Name::Spikes, [first, last], shown, [rms(&with) / self.peak, rms(&without) / self.peak])
     }
@@ -120,28 +137,37 @@ impl Seen<'_> {
     /// A force that stays while the ramp goes on. Held out: the second half of it. Where neither equal samples nor a force that stays on in the
     /// hold show the sensor, the specimen itself may have given way.
     pub(super) fn saturated(&self) -> Option<Fault> {
+        let EndOfTheSensor { plateau, held } = self.end_of_the_sensor()?;
+        let ramp = self.recording.rows(Phase::Ramp);
+        let or = if plateau.exact || held >= 2 * STAYS { Vec::new() } else { vec![Name::Flattening] };
+        let shown = format!(
+            "{} samples of the ramp show the same {}",
+            ramp.len() - plateau.from,
+            self.say(plateau.level)
+        );
+        let rows = [ramp[plateau.from], ramp[ramp.len() - 1]];
+        let fault = self.fault(Name::Saturated, rows, shown, plateau.missed.map(|m| m / self.peak))?;
+        Some(Fault { or, ..fault })
+    }
+
+    fn end_of_the_sensor(&self) -> Option<EndOfTheSensor> {
         let r = self.recording;
         let ramp = r.rows(Phase::Ramp);
         let way: Vec<f64> = ramp.iter().map(|row| r.deformation[*row]).collect();
         let f = self.forces(&ramp);
         let sigma = noise(&f);
         // A spike is no greatest value.
-        let all: Vec<usize> = (0..r.force.len()).collect();
-        let alone = spikes(&r.time_s, &self.forces(&all), sigma.max(self.sigma), self.least());
-        let known = all.iter().filter(|row| alone.binary_search(row).is_err());
-        let greatest = known.map(|row| r.force[*row]).fold(f64::NEG_INFINITY, f64::max);
+        let alone = spikes(&r.time_s, &r.force, sigma.max(self.sigma), self.least());
+        let greatest =
+            without_spikes(&r.time_s, &r.force, &alone).into_iter().fold(f64::NEG_INFINITY, f64::max);
         let last = *f.last()?;
         let hold = r.rows(Phase::Hold);
         let behind = hold.iter().take_while(|row| r.force[**row] == last).count();
-        let found = plateau(&way, &f, greatest, behind)?;
-        let on = |row: &usize| (r.force[*row] - found.level).abs() <= 4.0 * sigma;
-        let stopped = hold.iter().skip(STAYS).take_while(|row| on(row)).count();
-        let or = if found.exact || stopped >= STAYS { Vec::new() } else { vec![Name::Flattening] };
-        let shown =
-            format!("{} samples of the ramp show the same {}", f.len() - found.from, self.say(found.level));
-        let rows = [ramp[found.from], ramp[ramp.len() - 1]];
-        let fault = self.fault(Name::Saturated, rows, shown, found.missed.map(|m| m / self.peak))?;
-        Some(Fault { or, ..fault })
+        let plateau = plateau(&way, &f, greatest, behind)?;
+        let on = |row: &usize| (r.force[*row] - plateau.level).abs() <= 4.0 * sigma;
+        // Its first samples may still belong to the way.
+        let held = hold.iter().enumerate().take_while(|(k, row)| *k < STAYS || on(row)).count();
+        Some(EndOfTheSensor { plateau, held })
     }
 
     /// A force that rises while it is held, which no relaxing model does.

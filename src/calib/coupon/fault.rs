@@ -27,6 +27,8 @@ pub enum Name {
     Play,
     /// The force is written down later than the deformation.
     Lag,
+    /// The force is written down earlier than the deformation.
+    Lead,
     /// Grips, shoulders and machine give way.
     Compliance,
     /// The gauge length is another one than the file says.
@@ -43,7 +45,7 @@ pub enum Name {
     Rise,
     /// The crosshead does not stand still while it should.
     NotHeld,
-    /// Single samples far off.
+    /// Samples that stand off, alone or a few in a row.
     Spikes,
     /// Something is left that can't be told.
     Unexplained,
@@ -65,6 +67,7 @@ impl Name {
             Self::Friction => "friction of the machine",
             Self::Play => "play in the drive",
             Self::Lag => "force recorded later than the way",
+            Self::Lead => "force recorded earlier than the way",
             Self::Compliance => "machine compliance",
             Self::GaugeLength => "gauge length other than stated",
             Self::WrongUnit => "wrong unit",

@@ -36,8 +36,12 @@ const FALL: f64 = 0.02;
 
 /// Names what `choice` left out of a recording, or took in. `unseen` is the recording's share of [`Choice::unseen`].
 pub fn diagnose(recording: &Recording, choice: &Choice, unseen: &[(usize, f64)]) -> Vec<Fault> {
-    let see = Seen::new(recording);
-    let mut faults = see.zeros();
+    // Whatever else is left out shows once the force stands where it belongs.
+    let lead = Seen::new(recording).lead();
+    let mended = lead.as_ref().map(|lead| recording.with_force_later(lead.early_s));
+    let see = Seen::new(mended.as_ref().unwrap_or(recording));
+    let mut faults: Vec<Fault> = lead.into_iter().map(|lead| lead.fault).collect();
+    faults.extend(see.zeros());
     faults.extend(see.ramp());
     for (fault, step) in see.jumps() {
         // A zero that jumps takes the force with it: the same step at the end of the test tells it from a slip.
@@ -65,8 +69,8 @@ pub fn diagnose(recording: &Recording, choice: &Choice, unseen: &[(usize, f64)])
     }
     // What is named of the ramp and of the hold's steps explains that a model misses them.
     let explains = |f: &Fault| {
-        use Name::{Lag, LoadedBefore, Rise, Saturated, Slack, Slipped, Unexplained};
-        [Slipped, Rise, Saturated, Unexplained, Slack, LoadedBefore, Lag].contains(&f.name)
+        use Name::{Lag, Lead, LoadedBefore, Rise, Saturated, Slack, Slipped, Unexplained};
+        [Slipped, Rise, Saturated, Unexplained, Slack, LoadedBefore, Lag, Lead].contains(&f.name)
     };
     let explained = faults.iter().any(explains);
     faults.extend(if explained { None } else { see.unexplained("unseen data is", unseen) });
@@ -262,8 +266,9 @@ impl<'a> Seen<'a> {
             let shown = format!("where the crosshead turns, the force stays for {:.2} s", turn.late_s);
             let way = format!("{shown}, over {:.3} mm", 1e3 * turn.way);
             let shown = if r.deformation_unit == "m" { way } else { shown };
-            // So short a delay does not show where the ramp begins: the force may be late there, too.
-            let or = if turn.way > SLACK * whole { Vec::new() } else { vec![Name::Lag] };
+            // So short a delay does not show where the ramp begins, nor does any where the file begins with it: the force may be late there, too.
+            let shows = turn.way > SLACK * whole && self.rest().is_some();
+            let or = if shows { Vec::new() } else { vec![Name::Lag] };
             let fault = self.fault(Name::Play, turn.rows, shown, turn.held_out);
             found.extend(fault.map(|f| Fault { or, ..f }));
         }

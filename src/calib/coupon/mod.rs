@@ -16,6 +16,7 @@ mod events;
 mod fault;
 mod held_out;
 mod hold;
+mod lead;
 mod machine;
 mod marks;
 mod plateau;

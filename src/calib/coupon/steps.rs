@@ -8,7 +8,9 @@ use crate::calib::noise::{MAD, middle};
 use std::ops::Range;
 
 /// Samples within which a step may come about: over more it is no slip.
-const WIDTHS: [usize; 4] = [1, 2, 4, 8];
+const WIDTHS: [usize; 6] = [1, 2, 4, 8, 16, 32];
+/// How far both lines of a step may reach in the measure of time: on more the course is not straight.
+const REACH: f64 = 1.0;
 /// Samples of a line, and widths at least.
 const SIDE: usize = 10;
 const SIDE_WIDTHS: usize = 2;
@@ -72,6 +74,7 @@ fn across(time_s: &[f64], at: &[f64], values: &[f64], [from, width, n]: [usize; 
     let behind = to..to + n;
     let before = from + 1 - n..from + 1;
     if behind.end > values.len()
+        || at[behind.end - 1] - at[before.start] > REACH
         || time_s[to] - time_s[from] > PAUSE * width as f64 * (time_s[from] - time_s[from - 1])
     {
         return None;

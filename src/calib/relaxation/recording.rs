@@ -115,6 +115,21 @@ impl Recording {
         })
     }
 
+    /// The same with forces that were written down later by `by_s` (s): each stands where the deformation was then.
+    #[must_use]
+    pub fn with_force_later(&self, by_s: f64) -> Self {
+        let reached = |t: f64| {
+            let next = self.time_s.partition_point(|other| *other < t).clamp(1, self.time_s.len() - 1);
+            let [a, b] = [next - 1, next].map(|row| (self.time_s[row], self.deformation[row]));
+            a.1 + (b.1 - a.1) * ((t - a.0) / (b.0 - a.0)).clamp(0.0, 1.0)
+        };
+        let deformation: Vec<f64> = self.time_s.iter().map(|t| reached(t + by_s)).collect();
+        let phase = phases(&self.time_s, &deformation);
+        // What belongs to no cycle any more is the end of the way back.
+        let rest = vec![Phase::Unloading; deformation.len() - phase.len()];
+        Self { deformation, phase: [phase, rest].concat(), ..self.clone() }
+    }
+
     /// Rows of a phase.
     pub fn rows(&self, phase: Phase) -> Vec<usize> {
         (0..self.phase.len()).filter(|r| self.phase[*r] == phase).collect()
