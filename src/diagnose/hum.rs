@@ -8,8 +8,8 @@
 //! median round about: a zero that wanders or drifts raises all of a neighbourhood, a hum one place in it.
 
 use super::diagnosis::{Channel, Diagnosis, Phase};
-use super::rest::{SETTLED_S, force_at_rest};
 use crate::geometry::Vec3;
+use crate::inverse::{SETTLED_S, force_at_rest};
 use crate::observation::Recording;
 use std::borrow::Cow;
 use std::f64::consts::TAU;

@@ -10,9 +10,10 @@
 //! beyond white noise where those over rests were off by 0.5 µm.
 
 use super::creep::Creep;
-use super::rest::{beyond_chance, rests};
+use super::rest::rests;
 use crate::geometry::Vec3;
 use crate::inverse::Evidence;
+use crate::inverse::beyond_chance;
 use crate::observation::Recording;
 use std::collections::BTreeMap;
 

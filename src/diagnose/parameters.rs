@@ -90,20 +90,21 @@ const POISSON: f64 = 2.5e-3;
 const SOFTENING: f64 = 0.25;
 const SCALE: f64 = 1.6;
 
-/// A stiffness and its deviation; `gradient` is that by all parameters, `covariance` theirs. It carries what the elements get wrong of it and of the
-/// effects, and what no ratio of gains says: both scale all stiffness.
+/// A stiffness and its deviation; `gradient` is that by all parameters, `covariance` theirs. It carries what the elements get wrong of it (`elements`,
+/// relative) and of the effects, and what no ratio of gains says, which scales all stiffness.
 pub(super) fn stiffness(
     model: &Model<'_>,
     fitted: &Fitted,
     covariance: &DMatrix<f64>,
     value: f64,
     gradient: &DVector<f64>,
-) -> Result<Estimate, DiagnoseError> {
+    elements: f64,
+) -> Estimate {
     let excess = (fitted.chi2() / fitted.values() as f64).max(1.0);
     let by_chance = gradient.dot(&(covariance * gradient)) * excess;
-    let scale = common_gain(model, fitted).hypot(model.settled.modulus_error()?);
+    let scale = common_gain(model, fitted).hypot(elements);
     let besides = moved_by_model(model, fitted, covariance, gradient).hypot(value * scale);
-    Ok(Estimate { value, sd: by_chance.max(0.0).sqrt().hypot(besides) })
+    Estimate { value, sd: by_chance.max(0.0).sqrt().hypot(besides) }
 }
 
 /// The springs together (N/m).
@@ -113,7 +114,7 @@ pub(super) fn springs(
     covariance: &DMatrix<f64>,
 ) -> Result<Estimate, DiagnoseError> {
     let (value, gradient) = model.springs_n_per_m(&fitted.acting, &fitted.at);
-    stiffness(model, fitted, covariance, value, &gradient)
+    Ok(stiffness(model, fitted, covariance, value, &gradient, model.settled.springs_error()?))
 }
 
 /// Standard deviation of what follows the parameters by this `gradient`, by what elements and simplified laws leave of the effects' own: each

@@ -9,7 +9,10 @@ use super::creep::Creep;
 use super::lasting::lasting;
 use super::track::Frame;
 use crate::geometry::Vec3;
-use crate::inverse::Evidence;
+use crate::inverse::{
+    BlockMean, Evidence, FEWEST_MEANS, MARGIN_S, SETTLED_S, beyond_chance, block_means, force_at_rest,
+    sway_m2, wandering,
+};
 use crate::observation::{MarkerRow, Recording};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
@@ -30,15 +33,6 @@ pub(super) struct Correlation {
     pub sway_m2: [f64; 3],
     /// Variance (m²) of an error that each marker has for a while during a poke, along each axis.
     pub lasting_m2: [f64; 3],
-}
-
-/// Force rows outside pokes: time (s) and force (N).
-pub(super) fn force_at_rest(recording: &Recording) -> Vec<(f64, Vec3)> {
-    let wrench = &recording.wrench;
-    let touched =
-        |t: f64| recording.pokes.iter().any(|p| t >= p.start_s - MARGIN_S && t <= p.end_s + MARGIN_S);
-    let rows = wrench.time_s.iter().zip(&wrench.force_n);
-    rows.filter(|(t, _)| !touched(**t)).map(|(t, f)| (*t, Vec3::from(*f))).collect()
 }
 
 /// Frames between pokes, one list for every poke that they follow.
@@ -71,21 +65,10 @@ pub(super) fn rests(recording: &Recording) -> impl Iterator<Item = [f64; 2]> + '
     })
 }
 
-/// Rows so close to a poke (s) do not count as rest.
-const MARGIN_S: f64 = 0.05;
-/// Nor do markers so soon after one: when and how fast the surface leaves the tip no model here says.
-pub(super) const SETTLED_S: f64 = 0.3;
-/// Length of the means (s).
-const BLOCK_S: f64 = 0.5;
-/// Fewer means, or frames, than this say nothing.
-const FEWEST: usize = 6;
-/// Chance raises a variance of so many degrees of freedom by this many standard deviations, once in a thousand times.
-const CHANCE: f64 = 3.1;
-
 /// Measures all of them. What a reading says to move between pokes is no error.
 pub(super) fn correlation(recording: &Recording, evidence: &Evidence, creep: &Creep) -> Correlation {
     let sd = evidence.noise.force_n;
-    let means = means(&force_at_rest(recording));
+    let means = block_means(&force_at_rest(recording));
     let drifts = drifts(&means, sd);
     let (ratio, freedom) = wandering(&means, sd, drifts);
     let rows = means.iter().map(|m| m.rows).sum::<f64>() / means.len().max(1) as f64;
@@ -94,52 +77,17 @@ pub(super) fn correlation(recording: &Recording, evidence: &Evidence, creep: &Cr
         wander: expected_excess(ratio, freedom) / rows.max(1.0),
         wanders: ratio > 1.0 + (2.0 / freedom).sqrt(),
         drifts,
-        sway_m2: sway(recording, evidence, creep),
+        sway_m2: sway_m2(recording, &evidence.rest, evidence.noise.marker_m, |frame, marker| {
+            creep.of(frame, marker)
+        }),
         lasting_m2: lasting(recording, evidence, creep),
     }
-}
-
-/// Mean of the force (N) over a block, with its time (s) and the number of its rows.
-struct BlockMean {
-    time_s: f64,
-    force_n: Vec3,
-    rows: f64,
-}
-
-fn means(rows: &[(f64, Vec3)]) -> Vec<BlockMean> {
-    let blocks = rows.chunk_by(|(a, _), (b, _)| (a / BLOCK_S).floor() == (b / BLOCK_S).floor());
-    let mean = |block: &[(f64, Vec3)]| {
-        let rows = block.len() as f64;
-        BlockMean {
-            time_s: block.iter().map(|(t, _)| t).sum::<f64>() / rows,
-            force_n: block.iter().map(|(_, f)| f).sum::<Vec3>() / rows,
-            rows,
-        }
-    };
-    blocks.map(mean).collect()
-}
-
-/// How far the means scatter beyond white noise; about a drift in proportion to time where there is one, about zero
-/// otherwise. Variance over that of white noise, and its degrees of freedom.
-fn wandering(means: &[BlockMean], sd: [f64; 3], drifts: bool) -> (f64, f64) {
-    if means.len() < FEWEST {
-        return (1.0, f64::INFINITY);
-    }
-    let spread: f64 = means.iter().map(|m| m.rows * m.time_s * m.time_s).sum();
-    let sum = |axis: usize| -> f64 {
-        let along: f64 = means.iter().map(|m| m.rows * m.time_s * m.force_n[axis]).sum();
-        let rate = if drifts { along / spread } else { 0.0 };
-        let left = |m: &BlockMean| m.rows * ((m.force_n[axis] - rate * m.time_s) / sd[axis]).powi(2);
-        means.iter().map(left).sum()
-    };
-    let freedom = 3.0 * (means.len() as f64 - f64::from(u8::from(drifts)));
-    ((0..3).map(sum).sum::<f64>() / freedom, freedom)
 }
 
 /// Whether the means tell a drift in proportion to time from a zero that only wanders (an Ornstein–Uhlenbeck process, its
 /// size and time the likeliest, in either case).
 fn drifts(means: &[BlockMean], sd: [f64; 3]) -> bool {
-    if means.len() < FEWEST {
+    if means.len() < FEWEST_MEANS {
         return true;
     }
     let mut likeliest = [f64::NEG_INFINITY; 2];
@@ -192,47 +140,6 @@ fn expected_excess(ratio: f64, freedom: f64) -> f64 {
     sd * (above * standard.cdf(above) + standard.pdf(above))
 }
 
-/// A ratio of variances, or 1 where chance may have made it.
-pub(super) fn beyond_chance(ratio: f64, freedom: f64) -> f64 {
-    if ratio > 1.0 + CHANCE * (2.0 / freedom).sqrt() { ratio } else { 1.0 }
-}
-
-/// Variance of the markers' common motion between pokes, beyond what their own noise makes. Creep that is not
-/// known counts as sway: it only makes the common motion weigh less.
-fn sway(recording: &Recording, evidence: &Evidence, creep: &Creep) -> [f64; 3] {
-    let markers = &recording.markers;
-    // Sum over all markers of their displacement from rest, frame by frame, and so many markers.
-    let mut frames = vec![(Vec3::zeros(), 0.0); markers.frame_time_s.len()];
-    for row in &markers.rows {
-        let (rest, rows) = evidence.rest[row.marker as usize];
-        if rows > 0
-            && let Some(crept) = creep.of(row.frame as usize, row.marker as usize)
-        {
-            let frame = &mut frames[row.frame as usize];
-            frame.0 += Vec3::from(row.position_m) - rest - crept;
-            frame.1 += 1.0;
-        }
-    }
-    let touched =
-        |t: f64| recording.pokes.iter().any(|p| t >= p.start_s - MARGIN_S && t <= p.end_s + SETTLED_S);
-    let still = |t: f64| t >= recording.rest_until_s && !touched(t);
-    let rest_frames =
-        markers.frame_time_s.iter().filter(|t| **t < recording.rest_until_s).count().max(1) as f64;
-    let rows =
-        || frames.iter().zip(&markers.frame_time_s).filter(|(f, t)| f.1 > 0.0 && still(**t)).map(|(f, _)| f);
-    let n = rows().count() as f64;
-    if (n as usize) < FEWEST {
-        return [0.0; 3];
-    }
-    let sd = evidence.noise.marker_m;
-    std::array::from_fn(|axis| {
-        let white = |f: &(Vec3, f64)| sd[axis].powi(2) * (1.0 + 1.0 / rest_frames) / f.1;
-        let ratio = rows().map(|f| (f.0[axis] / f.1).powi(2) / white(f)).sum::<f64>() / n;
-        let mean_white = rows().map(white).sum::<f64>() / n;
-        (beyond_chance(ratio, n) - 1.0) * mean_white
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -256,7 +163,7 @@ mod tests {
                 rows.push((t, zero + Vec3::from_fn(|_, _| SD * normal()) + Vec3::x() * rate * t));
             }
         }
-        means(&rows)
+        block_means(&rows)
     }
 
     #[test]

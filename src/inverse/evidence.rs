@@ -13,6 +13,8 @@
 
 use super::error::InverseError;
 use super::lift::{DriveNoise, Driving, Lift, lifts};
+use super::sway::sway_m2;
+use super::wander::wander;
 use crate::clock::Rows;
 use crate::geometry::Vec3;
 use crate::observation::{MarkerRow, Noise, Poke, Recording};
@@ -83,6 +85,10 @@ pub struct Evidence {
     pub noise: Noise,
     /// Measured over stated noise, pooled over axes: force, then marker.
     pub measured_over_stated: [f64; 2],
+    /// Variance (m²) of the markers' common motion between pokes along each axis, beyond that of their noise.
+    pub sway_m2: [f64; 3],
+    /// Variance of the wandering of the force's zero over that of a row.
+    pub wander: f64,
 }
 
 /// Principal directions of the drive that carry less than this share of the largest tell nothing that the noise of
@@ -211,7 +217,9 @@ impl Evidence {
                 site
             })
             .collect();
-        Ok(Self { driven, sites, lifts, rest, noise, measured_over_stated })
+        let sway_m2 = sway_m2(recording, &rest, noise.marker_m, |_, _| Some(Vec3::zeros()));
+        let wander = wander(recording, noise.force_n);
+        Ok(Self { driven, sites, lifts, rest, noise, measured_over_stated, sway_m2, wander })
     }
 
     /// Whether the force, where the stage drives the model, says more than its noise would.

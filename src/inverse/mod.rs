@@ -36,8 +36,10 @@ mod rows;
 mod search;
 mod solve_error;
 mod sprung;
+mod sway;
 mod tilt;
 mod view;
+mod wander;
 
 pub use blocks::{Bench, Blocks, SiteBlocks, TipResponse};
 pub use candidates::{Candidate, candidates};
@@ -63,3 +65,5 @@ pub use result::{
 };
 pub use search::search;
 pub use solve_error::SolveError;
+pub use sway::{MARGIN_S, SETTLED_S, beyond_chance, sway_m2};
+pub use wander::{BlockMean, FEWEST_MEANS, block_means, force_at_rest, wandering};

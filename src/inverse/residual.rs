@@ -3,7 +3,8 @@
 //!
 //! Force: the three components of a reading share the noise that the stage's own error makes through the phantom's
 //! stiffness, covariance `Σ_F + B Σ_s Bᵀ`. Markers: the error of a marker's rest position is common to all its
-//! readings, covariance `σ² (I + g gᵀ / n)` with `g` the readings' sensitivity to a shift and `n` rest rows.
+//! readings, covariance `σ² (I + g gᵀ / n)` with `g` the readings' sensitivity to a shift and `n` rest rows. Where the camera sways,
+//! all markers of a site have that in common besides, and where the force's zero wanders all of a site's forces (see `sway`, `wander`).
 //!
 //! The elements' own error is not noise of a row but common to all rows along one direction of the drive: the force there is
 //! off by a share `ε` of its size, whichever way. That adds `τ² |y|²` to the variance of every component of that
@@ -15,8 +16,11 @@
 use super::evidence::{Driven, Evidence, Reading};
 use super::forward::Prediction;
 use super::problem::Linearised;
+use super::sway::{Common, swaying};
+use super::wander::zero_sd_n;
 use crate::geometry::{Mat3, Vec3};
 use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
 
 /// Sizes of the elements' error that are tried: so many steps up from the smallest, each larger by this factor.
 const SIZES: i32 = 8;
@@ -33,6 +37,8 @@ pub struct Whitening<'a> {
     noise: Vec<Mat3>,
     /// For every site and reading of force, the inverse Cholesky factor of its covariance.
     force: Vec<Vec<Mat3>>,
+    /// Where the camera sways or the force's zero wanders, what that moves.
+    common: Option<Arc<Common>>,
 }
 
 impl<'a> Whitening<'a> {
@@ -62,8 +68,34 @@ impl<'a> Whitening<'a> {
                 covariance
             })
             .collect();
-        Self { evidence, elements_sd, smallest_sd: elements_sd, noise, force: Vec::new() }
-            .with_elements(elements_sd)
+        let bare =
+            Self { evidence, elements_sd, smallest_sd: elements_sd, noise, force: Vec::new(), common: None }
+                .with_elements(elements_sd);
+        let common = bare.in_common().map(Arc::new);
+        Self { common, ..bare }
+    }
+
+    /// Errors that last as long as a poke: at every site the camera moves all markers alike, and the zero of the force is off.
+    fn in_common(&self) -> Option<Common> {
+        let sites = || 0..self.evidence.sites.len();
+        let mut columns = Vec::new();
+        for (axis, sd) in swaying(self.evidence) {
+            columns.extend(sites().map(|site| {
+                self.whiten(|place, reading| match place.marker {
+                    Some(_) if place.site == site => Vec3::ith(axis, sd * reading.shift),
+                    _ => Vec3::zeros(),
+                })
+            }));
+        }
+        for (axis, sd) in zero_sd_n(self.evidence).into_iter().flatten().enumerate() {
+            columns.extend(sites().map(|site| {
+                self.whiten(|place, reading| match place.marker {
+                    None if place.site == site => Vec3::ith(axis, sd * reading.shift),
+                    _ => Vec3::zeros(),
+                })
+            }));
+        }
+        if columns.is_empty() { None } else { Common::of(&columns) }
     }
 
     /// As this one, with elements that get so much wrong.
@@ -84,8 +116,8 @@ impl<'a> Whitening<'a> {
                 site.force.iter().map(of).collect()
             })
             .collect();
-        let noise = self.noise.clone();
-        Self { evidence: self.evidence, elements_sd, smallest_sd: self.smallest_sd, noise, force }
+        let (noise, common) = (self.noise.clone(), self.common.clone());
+        Self { evidence: self.evidence, elements_sd, smallest_sd: self.smallest_sd, noise, force, common }
     }
 
     /// As this one, with the elements' error of that size, from the smallest upward, which makes what is left at `at`
@@ -196,7 +228,11 @@ impl<'a> Whitening<'a> {
                 out.extend_from_slice((v - along * (gamma * g)).as_slice());
             }
         }
-        DVector::from_vec(out)
+        let mut out = DVector::from_vec(out);
+        if let Some(common) = &self.common {
+            common.take_off(&mut out);
+        }
+        out
     }
 }
 

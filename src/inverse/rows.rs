@@ -3,6 +3,7 @@
 use super::evidence::{DriveTrack, Driven, Evidence};
 use super::forward::Prediction;
 use super::result::Residual;
+use super::sway::swaying;
 use crate::clock::Rows;
 use crate::geometry::Vec3;
 use crate::observation::Recording;
@@ -17,6 +18,14 @@ pub(super) struct Left {
 
 /// Standard deviations above its mean that the limit allows: 99.9 % one-sided.
 const LIMIT: f64 = 3.09;
+
+/// Frames over which the camera's sway is taken to last.
+const SWAY_FRAMES: f64 = 20.0;
+
+/// Variance of a frame's sum of squares by what moves all of its markers together: the drive's noise, and the camera's sway.
+fn of_frame(drive: f64, sway: f64) -> f64 {
+    2.0 * (drive * drive + SWAY_FRAMES * sway * sway)
+}
 
 /// Sums squared residuals over noise. The markers' noise includes that of their rest mean.
 pub(super) fn leftovers(
@@ -36,6 +45,8 @@ pub(super) fn leftovers(
     let mut per_poke = vec![0.0; recording.pokes.len()];
     // The drive's own noise moves all markers of a frame together.
     let (mut expected_marker, mut variance_frames) = (0.0, 0.0);
+    let mut sway = [0.0; 3];
+    swaying(evidence).for_each(|(axis, sd)| sway[axis] = sd * sd);
     for (site, map) in evidence.sites.iter().zip(&prediction.sites) {
         for &index in &site.pokes {
             let poke = &recording.pokes[index];
@@ -55,20 +66,22 @@ pub(super) fn leftovers(
                         let row = map.force.row(axis);
                         let through = (row * own).dot(&row);
                         let expected = 1.0 + through / variance;
-                        expected_force += expected;
+                        expected_force += expected + evidence.wander;
                         variance_force += 2.0 * expected * expected;
                         force_n += 1.0;
                         values += 1.0;
                     }
                 }
                 force_chi2 += chi2;
+                // The zero is off alike in all rows of a poke, along each axis.
+                variance_force += 2.0 * (values * evidence.wander).powi(2) / 3.0;
             }
             let mut frame = None;
-            let mut frame_through = 0.0;
+            let (mut frame_through, mut frame_sways) = (0.0, 0.0);
             for (row, x) in drive.marker_rows(index) {
                 if frame != Some(row.frame) {
-                    variance_frames += 2.0 * frame_through * frame_through;
-                    (frame, frame_through) = (Some(row.frame), 0.0);
+                    variance_frames += of_frame(frame_through, frame_sways);
+                    (frame, frame_through, frame_sways) = (Some(row.frame), 0.0, 0.0);
                 }
                 let m = row.marker as usize;
                 let (rest, rest_rows) = evidence.rest[m];
@@ -82,7 +95,8 @@ pub(super) fn leftovers(
                     let row = map.markers.row(3 * m + axis);
                     let through = (row * own).dot(&row);
                     frame_through += through / variance;
-                    expected_marker += 1.0 + through / variance;
+                    frame_sways += sway[axis] / variance;
+                    expected_marker += 1.0 + (through + sway[axis]) / variance;
                     marker_chi2 += left * left / variance;
                     chi2 += left * left / variance;
                     marker_n += 1.0;
@@ -90,7 +104,7 @@ pub(super) fn leftovers(
                 }
                 seen[m] += 1.0;
             }
-            variance_frames += 2.0 * frame_through * frame_through;
+            variance_frames += of_frame(frame_through, frame_sways);
             per_poke[index] = if values > 0.0 { chi2 / values } else { 0.0 };
         }
     }

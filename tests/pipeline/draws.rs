@@ -1,7 +1,7 @@
 //! Draws of the virtual bench, fitted.
 
 use phantom_rig::inverse::{Fit, PatchKind, Settings, fit};
-use phantom_rig::sim::{Draw, draw, record};
+use phantom_rig::sim::{Draw, Wander, draw, record};
 
 /// A draw, and its fit on a mesh of its own.
 fn fitted(seed: u64, quick: bool) -> (Draw, Fit) {
@@ -46,4 +46,22 @@ fn a_patch_that_stood_for_two_is_let_go_of() {
     assert!(found.patches.iter().all(|patch| matches!(patch.kind, PatchKind::Springs { .. })));
     let error = error_of_modulus(&session, &found);
     assert!(error.abs() < 0.01, "{error}");
+}
+
+/// A camera that sways by a good part of its noise, and a sensor whose zero wanders by as much as a row's noise, are no restraint.
+#[test]
+fn what_sways_and_wanders_is_no_restraint() {
+    for seed in [20_002, 20_011] {
+        let mut session = Draw { fit_cell_m: 0.008, ..draw(seed) };
+        session.instruments.wander = Some(Wander { force_n: 0.004, marker_m: 1.5e-5, time_s: 15.0 });
+        let recording = record(&session).expect("a recording");
+        let found = fit(&recording, &Settings::default(), &mut |_| {}).expect("a fit");
+        let modulus = found.young_modulus_pa;
+        let off = (modulus.value - session.young_modulus_pa) / modulus.sd;
+        println!("{seed}: {:?} {:?} {:?}", session.restraints, found.patches, found.residual);
+        println!("modulus {off:.2} deviations off");
+        assert!(off.abs() < 3.0, "{off}");
+        assert_eq!(found.patches.len(), session.restraints.len());
+        assert!(found.residual.chi2_per_dof < found.residual.chi2_per_dof_limit, "{:?}", found.residual);
+    }
 }
