@@ -11,7 +11,9 @@ use super::restraint::{Mounted, Restraint};
 use super::result::{Discretisation, Estimate, Fit, FitMethod, Patch, PatchKind};
 use super::rows::{Left, leftovers};
 use super::search::MOST_PATCHES;
+use super::sway::swaying;
 use super::view::poke_views;
+use super::wander::zero_sd_n;
 use crate::fem::{Order, disc_self_compliance};
 use crate::geometry::Vec3;
 use crate::observation::Recording;
@@ -407,6 +409,19 @@ fn remarks(
                 "At rest the {channel} readings scatter {ratio:.2} times as much as stated; the measured noise was used."
             ));
         }
+    }
+    let sway = swaying(found.evidence).map(|(_, sd)| sd).fold(0.0, f64::max);
+    if sway > 0.0 {
+        remarks.push(format!(
+            "Between pokes all markers move together, by {:.1} µm: what a poke moves them together counts for less.",
+            1e6 * sway
+        ));
+    }
+    if let Some(sd) = zero_sd_n(found.evidence) {
+        remarks.push(format!(
+            "Between pokes the zero of the force wanders, by {:.1} mN: the mean of a poke's force counts for less.",
+            1e3 * sd.into_iter().fold(0.0, f64::max)
+        ));
     }
     if fit.patches.len() >= MOST_PATCHES {
         remarks

@@ -103,8 +103,9 @@ impl Seen<'_> {
         let steady: Vec<usize> = ramp.iter().filter(on_line).copied().collect();
         let times: Vec<f64> = steady.iter().map(|row| r.time_s[*row]).collect();
         let (rate, at_s, at) = line(&times, &way(&steady));
-        Some(Falls {
-            early_s: at_s + (held - at) / rate - r.time_s[rows[0]],
+        let early_s = at_s + (held - at) / rate - r.time_s[rows[0]];
+        (rate > 0.0 && early_s > 0.0).then(|| Falls {
+            early_s,
             says: way(&rows).iter().map(|w| height + slope * (w - place)).collect(),
             rows,
             before: "the ramp ends",
