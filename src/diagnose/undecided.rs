@@ -37,8 +37,9 @@ pub(super) fn undecided(
 ) -> Result<Diagnosis, DiagnoseError> {
     let fit = outcome(found)?;
     let left = &fit.residual;
-    let beyond =
-        (left.chi2_per_dof - 1.0) / (left.chi2_per_dof_limit - 1.0).max(f64::MIN_POSITIVE) * LIMIT_SD;
+    let expected = left.chi2_per_dof_expected;
+    let beyond = (left.chi2_per_dof - expected) / (left.chi2_per_dof_limit - expected).max(f64::MIN_POSITIVE)
+        * LIMIT_SD;
     let p_value = Normal::standard().sf(beyond).max(f64::MIN_POSITIVE);
     let detected = p_value < settings.false_alarm;
     let creep = creep(found.recording, found.evidence.noise.marker_m);

@@ -4,7 +4,8 @@
 //! Force: the three components of a reading share the noise that the stage's own error makes through the phantom's
 //! stiffness, covariance `Σ_F + B Σ_s Bᵀ`. Markers: the error of a marker's rest position is common to all its
 //! readings, covariance `σ² (I + g gᵀ / n)` with `g` the readings' sensitivity to a shift and `n` rest rows. Where the camera sways,
-//! all markers of a site have that in common besides, and where the force's zero wanders all of a site's forces (see `sway`, `wander`).
+//! all markers of a site have that in common besides (see `sway`). Where the force's zero wanders it adds `z² g²` to the variance of a reading of
+//! force, `z` its standard deviation (see `wander`).
 //!
 //! The elements' own error is not noise of a row but common to all rows along one direction of the drive: the force there is
 //! off by a share `ε` of its size, whichever way. That adds `τ² |y|²` to the variance of every component of that
@@ -37,7 +38,7 @@ pub struct Whitening<'a> {
     noise: Vec<Mat3>,
     /// For every site and reading of force, the inverse Cholesky factor of its covariance.
     force: Vec<Vec<Mat3>>,
-    /// Where the camera sways or the force's zero wanders, what that moves.
+    /// Where the camera sways, what that moves.
     common: Option<Arc<Common>>,
 }
 
@@ -71,26 +72,17 @@ impl<'a> Whitening<'a> {
         let bare =
             Self { evidence, elements_sd, smallest_sd: elements_sd, noise, force: Vec::new(), common: None }
                 .with_elements(elements_sd);
-        let common = bare.in_common().map(Arc::new);
+        let common = bare.sway().map(Arc::new);
         Self { common, ..bare }
     }
 
-    /// Errors that last as long as a poke: at every site the camera moves all markers alike, and the zero of the force is off.
-    fn in_common(&self) -> Option<Common> {
-        let sites = || 0..self.evidence.sites.len();
+    /// What a camera that sways moves: at every site all markers alike along each axis.
+    fn sway(&self) -> Option<Common> {
         let mut columns = Vec::new();
         for (axis, sd) in swaying(self.evidence) {
-            columns.extend(sites().map(|site| {
+            columns.extend((0..self.evidence.sites.len()).map(|site| {
                 self.whiten(|place, reading| match place.marker {
                     Some(_) if place.site == site => Vec3::ith(axis, sd * reading.shift),
-                    _ => Vec3::zeros(),
-                })
-            }));
-        }
-        for (axis, sd) in zero_sd_n(self.evidence).into_iter().flatten().enumerate() {
-            columns.extend(sites().map(|site| {
-                self.whiten(|place, reading| match place.marker {
-                    None if place.site == site => Vec3::ith(axis, sd * reading.shift),
                     _ => Vec3::zeros(),
                 })
             }));
@@ -100,6 +92,8 @@ impl<'a> Whitening<'a> {
 
     /// As this one, with elements that get so much wrong.
     fn with_elements(&self, elements_sd: f64) -> Self {
+        let zero = Vec3::from(zero_sd_n(self.evidence).unwrap_or_default());
+        let zero = Mat3::from_diagonal(&zero.component_mul(&zero));
         let force = self
             .evidence
             .sites
@@ -108,7 +102,8 @@ impl<'a> Whitening<'a> {
             .map(|(site, noise)| {
                 let of = |reading: &Reading| {
                     let elements = elements_sd * elements_sd * reading.value.norm_squared();
-                    let covariance = noise + Mat3::identity() * elements;
+                    let covariance =
+                        noise + Mat3::identity() * elements + zero * (reading.shift * reading.shift);
                     // Positive definite: a diagonal of positive variances plus squares.
                     let factor = covariance.cholesky().map_or_else(Mat3::identity, |c| c.l());
                     factor.try_inverse().unwrap_or_default()

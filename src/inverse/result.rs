@@ -62,7 +62,9 @@ pub struct Residual {
     pub force_rms_n: f64,
     /// Sum of squared residuals over their noise, per degree of freedom.
     pub chi2_per_dof: f64,
-    /// The largest `chi2_per_dof` that noise alone leaves in 99.9 % of recordings of this size.
+    /// What noise alone leaves of it on average: 1, and more where the stage's noise shows, the camera sways or the force's zero wanders.
+    pub chi2_per_dof_expected: f64,
+    /// The largest `chi2_per_dof` that noise alone, and what shows of the instruments between pokes, leave in 99.9 % of recordings of this size.
     pub chi2_per_dof_limit: f64,
     /// Standard deviation of the noise measured in the rest interval over the stated one: force, then marker.
     pub rest_noise_over_stated: [f64; 2],

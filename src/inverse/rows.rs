@@ -22,9 +22,10 @@ const LIMIT: f64 = 3.09;
 /// Frames over which the camera's sway is taken to last.
 const SWAY_FRAMES: f64 = 20.0;
 
-/// Variance of a frame's sum of squares by what moves all of its markers together: the drive's noise, and the camera's sway.
+/// Variance of a frame's sum of squares by what moves all of its markers together: the drive's noise, and the camera's sway, in three axes that
+/// know nothing of each other.
 fn of_frame(drive: f64, sway: f64) -> f64 {
-    2.0 * (drive * drive + SWAY_FRAMES * sway * sway)
+    2.0 * (drive * drive + SWAY_FRAMES * sway * sway / 3.0)
 }
 
 /// Sums squared residuals over noise. The markers' noise includes that of their rest mean.
@@ -129,6 +130,7 @@ pub(super) fn leftovers(
             marker_rms_m: rms(marker_sum, marker_n),
             force_rms_n: rms(force_sum, force_n),
             chi2_per_dof: (force_chi2 + marker_chi2) / freedom,
+            chi2_per_dof_expected: expected / freedom,
             chi2_per_dof_limit: (expected
                 + LIMIT * (variance_force + variance_markers + variance_frames).sqrt())
                 / freedom,

@@ -1,8 +1,8 @@
 //! How far the camera moves as a whole: what all markers do in common while nothing touches the phantom.
 //!
 //! Between pokes the common motion is measured against what the markers' own noise makes of it. During a poke it is not known; readings of
-//! one place are then whitened against a motion that all of its markers have in common, as long as the poke (the slowest that it may be, which
-//! weighs the common motion least). Motion of markers against each other keeps its weight.
+//! one place are then whitened against a motion that all of its markers have in common as long as that place is poked, each place by itself.
+//! Motion of markers against each other keeps its weight. What a phantom with a memory still moves between pokes counts as sway here.
 
 use super::evidence::{Driven, Evidence};
 use crate::geometry::Vec3;
@@ -58,8 +58,7 @@ pub fn sway_m2(
     std::array::from_fn(|axis| {
         let white = |f: &(Vec3, f64)| sd_m[axis].powi(2) * (1.0 + 1.0 / rest_frames) / f.1;
         let ratio = rows().map(|f| (f.0[axis] / f.1).powi(2) / white(f)).sum::<f64>() / n;
-        let mean_white = rows().map(white).sum::<f64>() / n;
-        (beyond_chance(ratio, n) - 1.0) * mean_white
+        (beyond_chance(ratio, n) - 1.0) * n / rows().map(|f| white(f).recip()).sum::<f64>()
     })
 }
 

@@ -19,14 +19,15 @@ pub enum Verdict {
 }
 
 /// Judges a fit by its chi² per degree of freedom against the band that noise alone leaves in 99.9 % of
-/// recordings, `2 − limit` to `limit` (the distribution is symmetric for so many values).
+/// recordings, as far below its mean as the limit is above (the distribution is symmetric for so many values).
 pub fn verdict(fit: &Fit) -> Verdict {
     let (chi2, limit) = (fit.residual.chi2_per_dof, fit.residual.chi2_per_dof_limit);
+    let expected = fit.residual.chi2_per_dof_expected;
     if !chi2.is_finite() || !limit.is_finite() {
         Verdict::Unjudged
     } else if chi2 > limit {
         Verdict::Unexplained(chi2.sqrt())
-    } else if chi2 < 2.0 - limit {
+    } else if chi2 < 2.0 * expected - limit {
         Verdict::NoiseOverstated(chi2.sqrt())
     } else {
         Verdict::Explained

@@ -106,6 +106,7 @@ pub(crate) fn fit(recording: &Recording) -> Fit {
             marker_rms_m: 7.1e-5,
             force_rms_n: 0.00602,
             chi2_per_dof: 1.004,
+            chi2_per_dof_expected: 1.0,
             chi2_per_dof_limit: 1.019,
             rest_noise_over_stated: [1.01, 0.98],
         },

@@ -61,6 +61,9 @@ fn what_sways_and_wanders_is_no_restraint() {
         println!("{seed}: {:?} {:?} {:?}", session.restraints, found.patches, found.residual);
         println!("modulus {off:.2} deviations off");
         assert!(off.abs() < 3.0, "{off}");
+        for what in ["all markers move together", "the zero of the force wanders"] {
+            assert!(found.remarks.iter().any(|r| r.contains(what)), "{what}: {:?}", found.remarks);
+        }
         assert_eq!(found.patches.len(), session.restraints.len());
         assert!(found.residual.chi2_per_dof < found.residual.chi2_per_dof_limit, "{:?}", found.residual);
     }

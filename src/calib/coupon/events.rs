@@ -77,10 +77,9 @@ impl Seen<'_> {
         // Where an encoder is noisy the ramp's last rows count as held: the hold's forces begin behind the greatest.
         let early = &rows[..rows.len() / 4];
         let top = early.iter().position(|row| early.iter().all(|other| r.force[*other] <= r.force[*row]));
-        let rows = &rows[top.map_or(0, |top| top + 1)..];
         // Where a sensor at its end shows the force again, that is no step.
         let ended = self.end_of_the_sensor().map_or(0, |end| end.held);
-        let rows = &rows[ended.min(rows.len() - 1)..];
+        let rows = &rows[top.map_or(0, |top| top + 1).max(ended).min(rows.len() - 1)..];
         let begin = r.rows(Phase::Ramp).first().map_or(r.time_s[rows[0]], |row| r.time_s[*row]);
         let times: Vec<f64> = rows.iter().map(|row| r.time_s[*row]).collect();
         let shortest = times.get(1).map_or(1.0, |t| t - times[0]);

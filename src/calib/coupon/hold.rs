@@ -37,10 +37,12 @@ const FALL: f64 = 0.02;
 /// Names what `choice` left out of a recording, or took in. `unseen` is the recording's share of [`Choice::unseen`].
 pub fn diagnose(recording: &Recording, choice: &Choice, unseen: &[(usize, f64)]) -> Vec<Fault> {
     // Whatever else is left out shows once the force stands where it belongs.
-    let held = |r: &Recording| r.rows(Phase::Hold).len();
+    let whole = |r: &Recording, than: &Recording| {
+        [Phase::Ramp, Phase::Hold].iter().all(|phase| r.rows(*phase).len() >= than.rows(*phase).len() / 2)
+    };
     let lead = Seen::new(recording).lead();
     let mended = lead.as_ref().map(|lead| recording.with_force_later(lead.early_s));
-    let mended = mended.filter(|mended| held(mended) >= held(recording) / 2);
+    let mended = mended.filter(|mended| whole(mended, recording));
     let see = Seen::new(mended.as_ref().unwrap_or(recording));
     let mut faults: Vec<Fault> = lead.into_iter().map(|lead| lead.fault).collect();
     faults.extend(see.zeros());

@@ -29,10 +29,13 @@ const BEFORE: usize = 10;
 const LINE: [f64; 2] = [0.6, 0.95];
 /// Share of the way by which the crosshead has turned: it starts slowly, so that its line in time does not tell.
 const MOVED: f64 = 0.002;
+/// And what the encoder's noise may be of it.
+const COARSE: f64 = 2.0;
 /// Samples of the hold that tell its place, and of a rest that tell its force.
 const PLACE: usize = 5;
-/// How much longer than it falls the force may rise before the way.
+/// How much longer than it falls the force may rise before the way, and what part of that it must rise: the sensor tells some while after.
 const ALIKE: f64 = 0.4;
+const PART: f64 = 0.3;
 
 /// A force that comes early.
 pub(super) struct Lead {
@@ -67,10 +70,13 @@ impl Seen<'_> {
             rms(&(1..f.len()).step_by(2).map(|k| f[k] - says(k)).collect::<Vec<_>>()) / self.peak
         };
         let held_out = [left(&|k| falls.says[k]), left(&|k| height + slope * (times[k] - place))];
-        let shown = format!(
-            "the force falls from {:.2} s before {}, and rises before the ramp begins",
-            falls.early_s, falls.before
-        );
+        let begins = if or.is_empty() {
+            "rises before the ramp begins"
+        } else {
+            "is not nothing where the file begins"
+        };
+        let shown =
+            format!("the force falls from {:.2} s before {}, and {begins}", falls.early_s, falls.before);
         let ends = [falls.rows[0], falls.rows[falls.rows.len() - 1]];
         let fault = self.fault(Name::Lead, ends, shown, held_out)?;
         Some(Lead { early_s: falls.early_s, fault: Fault { or, ..fault } })
@@ -120,6 +126,10 @@ impl Seen<'_> {
         let stays = middle(&self.forces(late));
         let way: Vec<f64> = late.iter().map(|row| r.deformation[*row]).collect();
         let held = middle(&way);
+        // An encoder so noisy tells of the turn too late to be held against the force.
+        if SIGMAS * noise(&way) > COARSE * MOVED * held {
+            return None;
+        }
         let moved = (MOVED * held).max(SIGMAS * noise(&way));
         let left = |row: &&usize| r.deformation[**row] < held - moved;
         let turned_s = r.time_s[*late.iter().chain(&back).find(left)?];
@@ -145,13 +155,16 @@ impl Seen<'_> {
         let limit = (SIGMAS * own).max(MATTERS * self.peak);
         let free = self.tail().map(|(_, free)| free);
         if rest.len() < PLACE {
-            let loaded = r.force[ramp[0]] - free? > limit;
+            let loaded = r.force[*ramp.first()?] - free? > limit;
             return loaded.then(|| vec![Name::LoadedBefore]);
         }
         let f = self.forces(&rest);
         let still = mean(&f[..PLACE.min(f.len() / 2)]);
         let rises = f.iter().rev().take_while(|v| **v > still + limit).count();
-        let before_s = r.time_s[ramp[0]] - r.time_s[rest[rest.len() - rises.max(1)]];
-        (rises >= RISING && before_s <= (1.0 + ALIKE) * early_s).then(Vec::new)
+        let moves_s = r.time_s[*ramp.first()?];
+        let before_s = moves_s - r.time_s[rest[rest.len() - rises.max(1)]];
+        let rested_s = moves_s - r.time_s[rest[0]];
+        let alike = (PART * early_s.min(rested_s)..=(1.0 + ALIKE) * early_s).contains(&before_s);
+        (rises >= RISING && alike).then(Vec::new)
     }
 }
