@@ -12,8 +12,7 @@
 use super::creep::Creep;
 use super::rest::rests;
 use crate::geometry::Vec3;
-use crate::inverse::Evidence;
-use crate::inverse::beyond_chance;
+use crate::inverse::{Evidence, beyond_chance};
 use crate::observation::Recording;
 use std::collections::BTreeMap;
 

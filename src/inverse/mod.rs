@@ -34,6 +34,7 @@ mod restraint;
 mod result;
 mod rows;
 mod search;
+mod shared_error;
 mod solve_error;
 mod sprung;
 mod sway;

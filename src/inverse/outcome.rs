@@ -47,8 +47,8 @@ pub struct Settled<'a> {
 /// the size is followed by an unstructured mesh only to about a quarter.
 const LEFT_OF_EXTRAPOLATION: f64 = 0.25;
 
-/// Relative standard deviation of the stiffness of all springs alike that remains beside the rest of [`discretisation_covariance`]: of four concealed slabs on which less than one per cent would
-/// have been stated, they were off by 0.1 to 2.1 % (1.5 % root mean square).
+/// Relative standard deviation of the stiffness of all springs alike, beside the rest of [`discretisation_covariance`]: on four concealed slabs
+/// for which less than one per cent would have been stated they were off by 0.1 to 2.1 % (1.5 % root mean square).
 const SPRINGS: f64 = 0.015;
 
 /// Relative standard deviation of the stiffness under a tip that elements leave.
@@ -258,8 +258,8 @@ fn centroid_sd(at: &Linearised, covariance: &DMatrix<f64>, patch: usize) -> Vec3
 }
 
 /// Covariance of the parameters from what discretisation leaves besides what the whitening carries: the error common to
-/// all sites, which is one of the modulus, that of each patch's own compliance, one of all springs alike, and part of the step from the finest
-/// discretisation to the extrapolated limit, as an error of all parameters together.
+/// all sites, which is one of the modulus, that of each patch's own compliance, one of all springs alike, and part of the
+/// step from the finest discretisation to the extrapolated limit, as an error of all parameters together.
 fn discretisation_covariance(found: &Settled<'_>) -> Result<DMatrix<f64>, InverseError> {
     let (at, problem) = (found.at, found.problem);
     let n = at.parameters.len();

@@ -17,7 +17,8 @@
 use super::evidence::{Driven, Evidence, Reading};
 use super::forward::Prediction;
 use super::problem::Linearised;
-use super::sway::{Common, swaying};
+use super::shared_error::SharedError;
+use super::sway::swaying;
 use super::wander::zero_sd_n;
 use crate::geometry::{Mat3, Vec3};
 use nalgebra::{DMatrix, DVector};
@@ -39,7 +40,7 @@ pub struct Whitening<'a> {
     /// For every site and reading of force, the inverse Cholesky factor of its covariance.
     force: Vec<Vec<Mat3>>,
     /// Where the camera sways, what that moves.
-    common: Option<Arc<Common>>,
+    shared: Option<Arc<SharedError>>,
 }
 
 impl<'a> Whitening<'a> {
@@ -70,14 +71,14 @@ impl<'a> Whitening<'a> {
             })
             .collect();
         let bare =
-            Self { evidence, elements_sd, smallest_sd: elements_sd, noise, force: Vec::new(), common: None }
+            Self { evidence, elements_sd, smallest_sd: elements_sd, noise, force: Vec::new(), shared: None }
                 .with_elements(elements_sd);
-        let common = bare.sway().map(Arc::new);
-        Self { common, ..bare }
+        let shared = bare.sway().map(Arc::new);
+        Self { shared, ..bare }
     }
 
     /// What a camera that sways moves: at every site all markers alike along each axis.
-    fn sway(&self) -> Option<Common> {
+    fn sway(&self) -> Option<SharedError> {
         let mut columns = Vec::new();
         for (axis, sd) in swaying(self.evidence) {
             columns.extend((0..self.evidence.sites.len()).map(|site| {
@@ -87,7 +88,7 @@ impl<'a> Whitening<'a> {
                 })
             }));
         }
-        if columns.is_empty() { None } else { Common::of(&columns) }
+        if columns.is_empty() { None } else { SharedError::of(&columns) }
     }
 
     /// As this one, with elements that get so much wrong.
@@ -111,8 +112,8 @@ impl<'a> Whitening<'a> {
                 site.force.iter().map(of).collect()
             })
             .collect();
-        let (noise, common) = (self.noise.clone(), self.common.clone());
-        Self { evidence: self.evidence, elements_sd, smallest_sd: self.smallest_sd, noise, force, common }
+        let (noise, shared) = (self.noise.clone(), self.shared.clone());
+        Self { evidence: self.evidence, elements_sd, smallest_sd: self.smallest_sd, noise, force, shared }
     }
 
     /// As this one, with the elements' error of that size, from the smallest upward, which makes what is left at `at`
@@ -224,8 +225,8 @@ impl<'a> Whitening<'a> {
             }
         }
         let mut out = DVector::from_vec(out);
-        if let Some(common) = &self.common {
-            common.take_off(&mut out);
+        if let Some(shared) = &self.shared {
+            shared.take_off(&mut out);
         }
         out
     }

@@ -7,7 +7,6 @@
 use super::evidence::{Driven, Evidence};
 use crate::geometry::Vec3;
 use crate::observation::Recording;
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Rows so close to a poke (s) do not count as rest.
 pub const MARGIN_S: f64 = 0.05;
@@ -44,58 +43,33 @@ pub fn sway_m2(
             frame.1 += 1.0;
         }
     }
-    let touched =
-        |t: f64| recording.pokes.iter().any(|p| t >= p.start_s - MARGIN_S && t <= p.end_s + SETTLED_S);
-    let still = |t: f64| t >= recording.rest_until_s && !touched(t);
+    let still = |t: f64| t >= recording.rest_until_s && !touched(recording, t, SETTLED_S);
     let rest_frames =
         markers.frame_time_s.iter().filter(|t| **t < recording.rest_until_s).count().max(1) as f64;
-    let rows =
-        || frames.iter().zip(&markers.frame_time_s).filter(|(f, t)| f.1 > 0.0 && still(**t)).map(|(f, _)| f);
-    let n = rows().count() as f64;
-    if (n as usize) < FEWEST {
+    let seen = frames.into_iter().zip(&markers.frame_time_s);
+    let seen: Vec<(Vec3, f64)> = seen.filter(|(f, t)| f.1 > 0.0 && still(**t)).map(|(f, _)| f).collect();
+    excess_m2(&seen, sd_m.map(|sd| sd * (1.0 + 1.0 / rest_frames).sqrt()))
+}
+
+/// Whether the tip may touch, or until so much later (s) something of that shows.
+pub(super) fn touched(recording: &Recording, time_s: f64, later_s: f64) -> bool {
+    recording.pokes.iter().any(|p| time_s >= p.start_s - MARGIN_S && time_s <= p.end_s + later_s)
+}
+
+/// Variance (m²) of frames' common motion beyond what noise `sd_m` of one marker makes; frames as the sum of their markers' displacements (m) and the
+/// number of these.
+fn excess_m2(frames: &[(Vec3, f64)], sd_m: [f64; 3]) -> [f64; 3] {
+    if frames.len() < FEWEST {
         return [0.0; 3];
     }
+    let n = frames.len() as f64;
     std::array::from_fn(|axis| {
-        let white = |f: &(Vec3, f64)| sd_m[axis].powi(2) * (1.0 + 1.0 / rest_frames) / f.1;
-        let ratio = rows().map(|f| (f.0[axis] / f.1).powi(2) / white(f)).sum::<f64>() / n;
-        (beyond_chance(ratio, n) - 1.0) * n / rows().map(|f| white(f).recip()).sum::<f64>()
+        let white = |count: f64| sd_m[axis].powi(2) / count;
+        let over_white = |(sum, count): &(Vec3, f64)| (sum[axis] / count).powi(2) / white(*count);
+        let ratio = frames.iter().map(over_white).sum::<f64>() / n;
+        (beyond_chance(ratio, n) - 1.0) * n / frames.iter().map(|f| white(f.1).recip()).sum::<f64>()
     })
 }
-
-/// Whitening against a few directions of readings that have unit variance besides.
-pub(super) struct Common {
-    /// Orthonormal directions, in columns.
-    directions: DMatrix<f64>,
-    /// What is taken off along each.
-    off: DVector<f64>,
-}
-
-impl Common {
-    /// Of errors `columns` with one standard deviation each: the covariance is 1 + C Cᵀ. None where there is no error.
-    pub(super) fn of(columns: &[DVector<f64>]) -> Option<Self> {
-        let errors = DMatrix::from_columns(columns);
-        let eigen = SymmetricEigen::new(errors.transpose() * &errors);
-        let largest = eigen.eigenvalues.amax();
-        let kept: Vec<usize> =
-            (0..columns.len()).filter(|&i| eigen.eigenvalues[i] > NEGLIGIBLE * largest).collect();
-        let variance = DVector::from_iterator(kept.len(), kept.iter().map(|&i| eigen.eigenvalues[i]));
-        let mut directions = &errors * eigen.eigenvectors.select_columns(&kept);
-        for (mut direction, variance) in directions.column_iter_mut().zip(variance.iter()) {
-            direction /= variance.sqrt();
-        }
-        let off = variance.map(|v| 1.0 - (1.0 + v).sqrt().recip());
-        (!kept.is_empty()).then_some(Self { directions, off })
-    }
-
-    /// (1 + C Cᵀ)^(−1/2) of readings.
-    pub(super) fn take_off(&self, readings: &mut DVector<f64>) {
-        let along = self.directions.tr_mul(readings).component_mul(&self.off);
-        readings.gemv(-1.0, &self.directions, &along, 1.0);
-    }
-}
-
-/// Share of the largest variance that is none.
-const NEGLIGIBLE: f64 = 1e-12;
 
 /// Along which axes the camera sways, with the standard deviation (m): where the stage drives the model. What hangs on a known wrench and comes back
 /// elsewhere moves as one as well.
@@ -108,26 +82,28 @@ pub(super) fn swaying(evidence: &Evidence) -> impl Iterator<Item = (usize, f64)>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
 
-    /// Against two directions that are not at right angles: what is taken off whitens the covariance 1 + C Cᵀ.
+    /// A camera that sways along y: as much is found of it, however many markers are in view from frame to frame.
     #[test]
-    fn what_is_taken_off_whitens() {
-        let columns =
-            [DVector::from_vec(vec![3.0, 4.0, 0.0, 0.0]), DVector::from_vec(vec![1.0, 0.0, 2.0, 0.0])];
-        let errors = DMatrix::from_columns(&columns);
-        let covariance = DMatrix::identity(4, 4) + &errors * errors.transpose();
-        let common = Common::of(&columns).expect("two directions");
-        let whitening: Vec<DVector<f64>> = (0..4)
-            .map(|i| {
-                let mut unit = DVector::zeros(4);
-                unit[i] = 1.0;
-                common.take_off(&mut unit);
-                unit
-            })
-            .collect();
-        let whitening = DMatrix::from_columns(&whitening);
-        let white = &whitening * covariance * whitening.transpose();
-        assert!((white - DMatrix::<f64>::identity(4, 4)).amax() < 1e-12);
-        assert!(Common::of(&[DVector::zeros(4)]).is_none());
+    fn sway_is_found_where_few_markers_are_in_view() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let (sd, sway) = (50e-6, 12e-6);
+        let mut frames = |sway: f64| -> Vec<(Vec3, f64)> {
+            let counts = (0..2000).map(|i| if i % 2 == 0 { 100.0_f64 } else { 2.0 });
+            counts
+                .map(|n| {
+                    let noise = Vec3::from_fn(|_, _| n.sqrt() * sd * normal());
+                    (noise + Vec3::y() * (n * sway * normal()), n)
+                })
+                .collect()
+        };
+        let [x, y, z] = excess_m2(&frames(sway), [sd; 3]);
+        assert!((y.sqrt() / sway - 1.0).abs() < 0.1 && x == 0.0 && z == 0.0, "{x} {y} {z}");
+        assert_eq!(excess_m2(&frames(0.0), [sd; 3]), [0.0; 3]);
+        assert_eq!(excess_m2(&frames(sway)[..FEWEST - 1], [sd; 3]), [0.0; 3]);
     }
 }

@@ -1,7 +1,7 @@
 //! How far the zero of the force wanders: what the sensor shows while nothing touches the phantom.
 
 use super::evidence::{Driven, Evidence};
-use super::sway::{MARGIN_S, beyond_chance};
+use super::sway::{MARGIN_S, beyond_chance, touched};
 use crate::geometry::Vec3;
 use crate::observation::Recording;
 
@@ -13,10 +13,8 @@ pub const FEWEST_MEANS: usize = 6;
 /// Force rows outside pokes: time (s) and force (N).
 pub fn force_at_rest(recording: &Recording) -> Vec<(f64, Vec3)> {
     let wrench = &recording.wrench;
-    let touched =
-        |t: f64| recording.pokes.iter().any(|p| t >= p.start_s - MARGIN_S && t <= p.end_s + MARGIN_S);
     let rows = wrench.time_s.iter().zip(&wrench.force_n);
-    rows.filter(|(t, _)| !touched(**t)).map(|(t, f)| (*t, Vec3::from(*f))).collect()
+    rows.filter(|(t, _)| !touched(recording, **t, MARGIN_S)).map(|(t, f)| (*t, Vec3::from(*f))).collect()
 }
 
 /// Mean of the force (N) over a block, with its time (s) and the number of its rows.

@@ -28,7 +28,7 @@ pub fn verdict(fit: &Fit) -> Verdict {
     } else if chi2 > limit {
         Verdict::Unexplained(chi2.sqrt())
     } else if chi2 < 2.0 * expected - limit {
-        Verdict::NoiseOverstated(chi2.sqrt())
+        Verdict::NoiseOverstated((chi2 / expected).sqrt())
     } else {
         Verdict::Explained
     }

@@ -206,6 +206,12 @@ fn the_headline_says_what_was_found_and_how_far_to_trust_it() {
     fit.residual.chi2_per_dof = 0.25;
     assert_eq!(verdict(&fit), Verdict::NoiseOverstated(0.5));
     assert!(trust(&fit).contains("only 0.50 × the stated noise"));
+    // What is expected where a camera sways lies above 1, and so does what is too little.
+    fit.residual.chi2_per_dof = 1.05;
+    (fit.residual.chi2_per_dof_expected, fit.residual.chi2_per_dof_limit) = (1.2, 1.3);
+    assert_eq!(verdict(&fit), Verdict::NoiseOverstated((1.05_f64 / 1.2).sqrt()));
+    fit.residual.chi2_per_dof = 1.15;
+    assert_eq!(verdict(&fit), Verdict::Explained);
     fit.residual.chi2_per_dof = f64::NAN;
     assert_eq!(verdict(&fit), Verdict::Unjudged);
 }

@@ -59,8 +59,9 @@ impl Seen<'_> {
     pub(super) fn lead(&self) -> Option<Lead> {
         let r = self.recording;
         let falls = [self.falls_in_the_ramp(), self.falls_in_the_hold()];
-        let falls = falls.into_iter().flatten().find(|falls| self.is_gradual(&falls.rows))?;
-        let or = self.begins_before_the_way(falls.early_s)?;
+        let mut falls = falls.into_iter().flatten().filter(|falls| self.is_gradual(&falls.rows));
+        let (falls, or) =
+            falls.find_map(|falls| self.begins_before_the_way(falls.early_s).map(|or| (falls, or)))?;
         // Every other sample, by the way and by the course that the others tell.
         let f = self.forces(&falls.rows);
         let times: Vec<f64> = falls.rows.iter().map(|row| r.time_s[*row]).collect();
@@ -126,11 +127,11 @@ impl Seen<'_> {
         let stays = middle(&self.forces(late));
         let way: Vec<f64> = late.iter().map(|row| r.deformation[*row]).collect();
         let held = middle(&way);
+        let moved = (MOVED * held).max(SIGMAS * noise(&way));
         // An encoder so noisy tells of the turn too late to be held against the force.
-        if SIGMAS * noise(&way) > COARSE * MOVED * held {
+        if moved > COARSE * MOVED * held {
             return None;
         }
-        let moved = (MOVED * held).max(SIGMAS * noise(&way));
         let left = |row: &&usize| r.deformation[**row] < held - moved;
         let turned_s = r.time_s[*late.iter().chain(&back).find(left)?];
         let own = noise(&self.forces(&back)).max(self.sigma);

@@ -41,8 +41,8 @@ const LONGEST: usize = 4;
 /// How far a line may be followed, over the distance of the two samples that it goes through.
 const FAR: f64 = 6.0;
 
-/// Runs of samples far off the lines through the two before and the two behind, on one side of both: a corner lies on one of them. Both lines agree there
-/// by more than the samples are off, or the course itself bends.
+/// Runs of samples far off the lines through the two before and the two behind, on one side of both: a corner lies on one of them. Where several are off,
+/// both lines must differ by less than that, or the course itself bends.
 pub(super) fn spikes(time_s: &[f64], values: &[f64], sigma: f64, least: f64) -> Vec<Range<usize>> {
     let limit = (10.0 * sigma).max(least);
     // The value of a line through two samples at the time of a third one.
