@@ -7,15 +7,15 @@
 //! pull, which drag or slide ([`Sliders`]) and whether the tip slides is found by turns.
 
 use super::body::Body;
+use super::contact::{Compliance, Contact, Law, Spot, Tip, UnderTip};
 use super::dual::{Dual, DualSolver};
-use super::effects::{Band, Effects};
+use super::effects::Effects;
 use super::extra::Depth;
 use super::memory::Memory;
 use super::sticky::Sliders;
 use super::tip_path::Play;
 use super::track::Timeline;
-use crate::geometry::{Vec3, basis_from_axis};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// Restraint discs that share a law.
 #[derive(Debug, Clone)]
@@ -101,25 +101,24 @@ pub(super) fn march(
         let (e, past) = surface.step(dt, age);
         let own: Vec<(Dual, DVector<Dual>)> =
             bands.iter_mut().map(|band| band.step(dt, Dual::from(1.0))).collect();
-        let at = row.contact.as_ref().map(|contact| contact.site);
+        let at = row.contact.as_ref().map(|touch| Spot { site: touch.site, direction: touch.direction });
         if state.at != at || row.first {
             slid = [Dual::from(0.0); 3];
             play = Play::default();
         }
         state = Contact { at, sliding: None, ..state };
-        let tip = row.contact.as_ref().map(|contact| {
-            let path = play.follow(contact, effects);
-            (Tip { site: contact.site, direction: contact.direction, inward: contact.inward, effects }, path)
-        });
+        let tip = at
+            .zip(row.contact.as_ref())
+            .map(|(at, touch)| (Tip { at, inward: touch.inward, effects }, play.follow(touch, effects)));
         let mut solved: Option<Solved> = None;
         for _ in 0..ROUNDS {
             let law = Law::new(discs, groups, &effects.bands, &own, &state.pulling, &sliders);
             let path = tip.as_ref().map(|(tip, path)| {
-                (tip, DVector::from_fn(3, |i, _| e * (path[i] + slid[i]) + past[3 * tip.site + i]))
+                (tip, DVector::from_fn(3, |i, _| e * (path[i] + slid[i]) + past[3 * tip.at.site + i]))
             });
             let x = match &path {
                 Some((tip, path)) if !remembers && !ages => {
-                    let alike = |known: &&UnderTip| known.site == tip.site && known.pulling == state.pulling;
+                    let alike = |known: &&UnderTip| known.at == tip.at && known.pulling == state.pulling;
                     let known = match under_tip.iter().position(|known| alike(&known)) {
                         Some(known) => known,
                         None => {
@@ -170,26 +169,27 @@ pub(super) fn march(
         let mut moved = DVector::from_element(tips + discs, Dual::from(0.0));
         let under = match (at, state.sliding) {
             _ if remembers => 0..tips,
-            (Some(site), Some(_)) => 3 * site..3 * site + 3,
+            (Some(Spot { site, .. }), Some(_)) => 3 * site..3 * site + 3,
             _ => 0..0,
         };
         for i in under {
             let by_discs: Dual = (0..discs).map(|j| compliance.b[(j, i)] * f[j]).sum();
-            let by_tip: Dual = at
-                .map_or(Dual::from(0.0), |site| (0..3).map(|j| compliance.a[(i, 3 * site + j)] * q[j]).sum());
+            let by_tip: Dual = at.map_or(Dual::from(0.0), |Spot { site, .. }| {
+                (0..3).map(|j| compliance.a[(i, 3 * site + j)] * q[j]).sum()
+            });
             moved[i] = (by_tip + by_discs - past[i]) / e;
         }
         moved.rows_mut(tips, discs).copy_from(&u);
         if let (Some((tip, path)), Some(_)) = (&tip, state.sliding) {
             let give = tip.stage_give(&q);
-            slid = std::array::from_fn(|i| moved[3 * tip.site + i] + give[i] - path[i]);
+            slid = std::array::from_fn(|i| moved[3 * tip.at.site + i] + give[i] - path[i]);
         }
         let (loads_e, loads_h) = loaded.step(dt, age);
         let per_modulus = Dual::from(1.0) / loads_e;
         let load = DVector::from_fn(tips + discs, |i, _| {
             let applied = match (i.checked_sub(tips), at) {
                 (Some(disc), _) => f[disc],
-                (None, Some(site)) if i / 3 == site => q[i % 3],
+                (None, Some(Spot { site, .. })) if i / 3 == site => q[i % 3],
                 _ if !remembers => return Dual::from(0.0),
                 _ => Dual::from(0.0),
             };
@@ -204,8 +204,8 @@ pub(super) fn march(
         out.depth.push(match &tip {
             Some((tip, path)) => {
                 let give = tip.stage_give(&q);
-                let now = (0..3).map(|i| (path[i] - give[i]) * tip.direction[i]).sum();
-                let most = &mut deepest[tip.site];
+                let now = (0..3).map(|i| (path[i] - give[i]) * tip.at.direction[i]).sum();
+                let most = &mut deepest[tip.at.site];
                 if now > *most {
                     *most = now;
                 }
@@ -226,14 +226,6 @@ struct Solved {
     u: DVector<Dual>,
 }
 
-/// Where the tip touches, which bands pull, and where the tip slides to: the direction of its force in the surface.
-#[derive(Debug, Clone, PartialEq)]
-struct Contact {
-    at: Option<usize>,
-    pulling: Vec<bool>,
-    sliding: Option<[f64; 2]>,
-}
-
 /// What a row's matrix depends on.
 #[derive(Debug, Clone, PartialEq)]
 struct Key {
@@ -241,242 +233,6 @@ struct Key {
     own: Vec<f64>,
     state: Contact,
     sliders: Vec<Option<[f64; 4]>>,
-}
-
-/// The body with its restraint as a tip feels it where nothing is remembered: discs follow from the tip's force.
-struct UnderTip {
-    site: usize,
-    pulling: Vec<bool>,
-    /// The tip's path (in units of the modulus) by its force, solved where the tip does not slide; and what bands' gaps alone add to it.
-    path: DMatrix<Dual>,
-    held: DualSolver,
-    less: DVector<Dual>,
-    /// Displacements of the discs by the tip's force, and without.
-    discs: DMatrix<Dual>,
-    alone: DVector<Dual>,
-}
-
-impl UnderTip {
-    /// `None` where the restraint alone has no answer.
-    fn new(compliance: &Compliance, law: &Law, e: Dual, tip: &Tip<'_>, pulling: &[bool]) -> Option<Self> {
-        let n = compliance.d.nrows();
-        let still = DVector::from_element(n, Dual::from(0.0));
-        let matrix = compliance.matrix(law, e, Some(tip), None);
-        let right =
-            compliance.right(law, &still, Some(&(tip, DVector::from_element(3, Dual::from(0.0)))), None);
-        let solver = DualSolver::new(&matrix.view((3, 3), (n, n)).into_owned())?;
-        let mut discs = DMatrix::from_element(n, 3, Dual::from(0.0));
-        for i in 0..3 {
-            discs.set_column(i, &-solver.solve(&matrix.view((3, i), (n, 1)).column(0).into_owned())?);
-        }
-        let alone = solver.solve(&right.rows(3, n).into_owned())?;
-        let pulled = matrix.view((0, 3), (3, n));
-        let path = matrix.view((0, 0), (3, 3)) + pulled * &discs;
-        let less = right.rows(0, 3) - pulled * &alone;
-        let held = DualSolver::new(&path)?;
-        Some(Self { site: tip.site, pulling: pulling.to_vec(), path, held, less, discs, alone })
-    }
-
-    /// Force of the tip on a `path`, and displacements of the discs.
-    fn answer(
-        &self,
-        tip: &Tip<'_>,
-        path: &DVector<Dual>,
-        sliding: Option<[f64; 2]>,
-    ) -> Option<DVector<Dual>> {
-        let mut right = path + &self.less;
-        let q = match (sliding, tip.effects.friction) {
-            (Some(to), Some(friction)) => {
-                let mut matrix = self.path.clone();
-                tip.slide(&mut matrix, to, friction);
-                tip.slide_right(&mut right);
-                DualSolver::new(&matrix)?.solve(&right)?
-            }
-            _ => self.held.solve(&right)?,
-        };
-        let u = &self.alone + &self.discs * &q;
-        Some(DVector::from_iterator(3 + u.len(), q.iter().chain(u.iter()).copied()))
-    }
-}
-
-/// `f = −K u + p` on the discs at one row; `K` has one block a disc.
-struct Law {
-    k: Vec<[[Dual; 3]; 3]>,
-    p: DVector<Dual>,
-}
-
-impl Law {
-    fn new(
-        discs: usize,
-        groups: &[Group],
-        bands: &[Band],
-        own: &[(Dual, DVector<Dual>)],
-        pulling: &[bool],
-        sliders: &[Sliders],
-    ) -> Self {
-        let mut k = vec![[[Dual::from(0.0); 3]; 3]; discs / 3];
-        let mut p = DVector::from_element(discs, Dual::from(0.0));
-        let laws = groups.iter().zip(bands).zip(own).zip(pulling).zip(sliders);
-        for ((((group, band), (stiffness, past)), pulling), sliders) in laws {
-            for (n, disc) in group.discs.clone().enumerate() {
-                match &band.slack {
-                    None => {
-                        let (drags, dragged) = sliders.pull(n);
-                        k[disc] = drags;
-                        for i in 0..3 {
-                            k[disc][i][i] += *stiffness;
-                            p[3 * disc + i] = dragged[i] - past[3 * n + i];
-                        }
-                    }
-                    Some(slack) if *pulling => {
-                        for i in 0..3 {
-                            k[disc][i] = slack.direction.map(|d| *stiffness * (slack.direction[i] * d));
-                            p[3 * disc + i] = *stiffness * slack.gap_m * slack.direction[i];
-                        }
-                    }
-                    Some(_) => {}
-                }
-            }
-        }
-        Self { k, p }
-    }
-
-    /// `M K` for any matrix with one column a component.
-    fn after(&self, m: &DMatrix<Dual>) -> DMatrix<Dual> {
-        DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| {
-            let (disc, axis) = (j / 3, j % 3);
-            (0..3)
-                // One that is zero here may not stay so: a slider that turns.
-                .filter(|&l| self.k[disc][l][axis].re != 0.0 || self.k[disc][l][axis].eps.0.is_some())
-                .map(|l| m[(i, 3 * disc + l)] * self.k[disc][l][axis])
-                .sum()
-        })
-    }
-
-    /// Forces at these displacements.
-    fn forces(&self, u: &DVector<Dual>) -> DVector<Dual> {
-        DVector::from_fn(self.p.len(), |i, _| {
-            let (disc, axis) = (i / 3, i % 3);
-            (0..3).fold(self.p[i], |f, j| f - self.k[disc][axis][j] * u[3 * disc + j])
-        })
-    }
-}
-
-/// The condensed body.
-struct Compliance {
-    a: DMatrix<Dual>,
-    b: DMatrix<Dual>,
-    d: DMatrix<Dual>,
-}
-
-impl Compliance {
-    /// The system of one row: unknowns are the force of the tip, if it touches, and the discs' displacements.
-    fn matrix(&self, law: &Law, e: Dual, tip: Option<&Tip<'_>>, sliding: Option<[f64; 2]>) -> DMatrix<Dual> {
-        let (n, first) = (self.d.nrows(), if tip.is_some() { 3 } else { 0 });
-        let mut m = DMatrix::from_element(first + n, first + n, Dual::from(0.0));
-        m.view_mut((first, first), (n, n)).copy_from(&law.after(&self.d));
-        for i in first..first + n {
-            m[(i, i)] += e;
-        }
-        let Some(tip) = tip else { return m };
-        let s = 3 * tip.site;
-        let pull = law.after(&self.b.columns(s, 3).transpose());
-        for i in 0..3 {
-            for j in 0..3 {
-                let give = tip.effects.stage_m_per_n * (tip.direction[i] * tip.direction[j]);
-                m[(i, j)] = self.a[(s + i, s + j)] + e * give;
-            }
-            for j in 0..n {
-                m[(3 + j, i)] = -self.b[(j, s + i)];
-                m[(i, 3 + j)] = -pull[(i, j)];
-            }
-        }
-        if let (Some(to), Some(friction)) = (sliding, tip.effects.friction) {
-            tip.slide(&mut m, to, friction);
-        }
-        m
-    }
-
-    /// Its right-hand side: `past` under the discs, and the path of the tip in units of the modulus.
-    fn right(
-        &self,
-        law: &Law,
-        past: &DVector<Dual>,
-        path: Option<&(&Tip<'_>, DVector<Dual>)>,
-        sliding: Option<[f64; 2]>,
-    ) -> DVector<Dual> {
-        let under = if law.p.iter().all(|p| p.re == 0.0) { -past } else { &self.d * &law.p - past };
-        let Some((tip, path)) = path else { return under };
-        let pulls = law.p.iter().any(|p| p.re != 0.0);
-        let mut tip_rows = path.clone();
-        if pulls {
-            tip_rows -= self.b.columns(3 * tip.site, 3).transpose() * &law.p;
-        }
-        if sliding.is_some() {
-            tip.slide_right(&mut tip_rows);
-        }
-        let mut right = DVector::from_element(3 + under.len(), Dual::from(0.0));
-        right.rows_mut(0, 3).copy_from(&tip_rows);
-        right.rows_mut(3, under.len()).copy_from(&under);
-        right
-    }
-}
-
-/// The tip while it touches.
-struct Tip<'a> {
-    site: usize,
-    direction: Vec3,
-    inward: Vec3,
-    effects: &'a Effects,
-}
-
-impl Tip<'_> {
-    /// Two axes in the surface.
-    fn across(&self) -> [Vec3; 2] {
-        let basis = basis_from_axis(&self.inward);
-        [basis.column(0).into_owned(), basis.column(1).into_owned()]
-    }
-
-    /// Of a sliding tip's three equations the one into the surface stays; along the surface the force is the friction's
-    /// share of that into it.
-    fn slide(&self, m: &mut DMatrix<Dual>, to: [f64; 2], friction: Dual) {
-        for j in 0..m.ncols() {
-            let into: Dual = (0..3).map(|i| m[(i, j)] * self.inward[i]).sum();
-            m[(0, j)] = into;
-            m[(1, j)] = Dual::from(0.0);
-            m[(2, j)] = Dual::from(0.0);
-        }
-        for (row, (axis, share)) in self.across().iter().zip(to).enumerate() {
-            for i in 0..3 {
-                m[(1 + row, i)] = -friction * (share * self.inward[i]) + axis[i];
-            }
-        }
-    }
-
-    /// The same of the right-hand side.
-    fn slide_right(&self, right: &mut DVector<Dual>) {
-        let into: Dual = (0..3).map(|i| right[i] * self.inward[i]).sum();
-        *right = DVector::from_vec(vec![into, Dual::from(0.0), Dual::from(0.0)]);
-    }
-
-    /// Where the tip slides to: nowhere while its force is within the cone of friction about the surface's normal.
-    fn sliding(&self, x: &DVector<Dual>, before: Option<[f64; 2]>) -> Option<[f64; 2]> {
-        let friction = self.effects.friction?.re;
-        if before.is_some() {
-            return before;
-        }
-        let force = Vec3::new(x[0].re, x[1].re, x[2].re);
-        let pressed = force.dot(&self.inward);
-        let aside = self.across().map(|axis| force.dot(&axis));
-        let size = aside[0].hypot(aside[1]);
-        (pressed > 0.0 && size > friction * pressed).then(|| aside.map(|s| s / size))
-    }
-
-    /// What the frame gives (m).
-    fn stage_give(&self, q: &[Dual; 3]) -> [Dual; 3] {
-        let along: Dual = (0..3).map(|i| q[i] * self.direction[i]).sum();
-        std::array::from_fn(|i| self.effects.stage_m_per_n * along * self.direction[i])
-    }
 }
 
 /// A slack band pulls while the mean of its discs is beyond the gap.
@@ -492,4 +248,53 @@ fn still_pulling(groups: &[Group], effects: &Effects, u: &DVector<Dual>) -> Vec<
             mean > slack.gap_m.re
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::dual::{Field, variable};
+    use super::super::track::{Row, Touch};
+    use super::*;
+    use crate::geometry::Vec3;
+    use nalgebra::DMatrix;
+
+    /// A frame that gives does so along the poke: the same site pressed straight in and then aslant, which no memory tells apart, feels
+    /// both times what it feels when that poke is the only one. With the phantom's drying at nothing, so that a row's matrix is kept, too.
+    #[test]
+    fn a_site_that_is_pressed_along_two_directions_gives_along_each() {
+        let field = |value: DMatrix<f64>| Field { value, by: Vec::new() };
+        let (own, other) =
+            (DMatrix::from_diagonal_element(3, 3, 4.0), DMatrix::from_diagonal_element(3, 3, 1.0));
+        let body = Body {
+            sites: 1,
+            tips_tips: field(own.clone()),
+            discs_tips: field(other),
+            discs_discs: field(own),
+            markers: field(DMatrix::zeros(0, 6)),
+        };
+        let groups = [Group { discs: 0..1, stiffness: Dual::from(20.0) }];
+        let poke = |direction: Vec3, from_s: f64| {
+            let row = move |i: u32| {
+                let reported_m = direction * (1e-3 * f64::from(i));
+                let touch = Touch { site: 0, direction, inward: -Vec3::z(), reported_m };
+                Row { time_s: from_s + 0.1 * f64::from(i), contact: Some(touch), first: i == 0 }
+            };
+            (0..3).map(row)
+        };
+        let (straight, aslant) = (poke(-Vec3::z(), 0.1), poke(Vec3::new(0.6, 0.0, -0.8), 0.4));
+        for drying in [Dual::from(0.0), variable(0.0, 0)] {
+            let effects =
+                Effects { stage_m_per_n: Dual::from(5e-4), drying_per_s: drying, ..Effects::neutral(1) };
+            let forces = |rows: Vec<Row>| -> Vec<[f64; 3]> {
+                let timeline = Timeline { rows, deepest_m: Vec::new() };
+                let marched = march(&timeline, &body, Dual::from(1e4), &groups, &effects);
+                marched.expect("a march").force.iter().map(|q| q.map(|q| q.re)).collect()
+            };
+            let both = forces(straight.clone().chain(aslant.clone()).collect());
+            assert_eq!(both[..3], forces(straight.clone().collect()));
+            assert_eq!(both[3..], forces(aslant.clone().collect()));
+            // By hand, without the band: the tip's compliance 4/E and the frame's along the poke, one after the other.
+            assert!((both[2][2] + 2e-3 / (4e-4 + 5e-4)).abs() < 0.02 * both[2][2].abs(), "{both:?}");
+        }
+    }
 }

@@ -26,6 +26,7 @@ mod body;
 pub mod bulk;
 mod camera;
 mod confidence;
+mod contact;
 mod creep;
 mod curves;
 mod diagnosis;

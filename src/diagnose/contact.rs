@@ -1,0 +1,271 @@
+//! One row of the march: the linear system of the tip's force and the displacements of the discs.
+
+use super::dual::{Dual, DualSolver};
+use super::effects::{Band, Effects};
+use super::march::Group;
+use super::sticky::Sliders;
+use crate::geometry::{Vec3, basis_from_axis};
+use nalgebra::{DMatrix, DVector};
+
+/// The site where the tip touches, and the unit vector along which it is pressed and the frame gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Spot {
+    pub site: usize,
+    pub direction: Vec3,
+}
+
+/// Where the tip touches, which bands pull, and where the tip slides to: the direction of its force in the surface.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Contact {
+    pub at: Option<Spot>,
+    pub pulling: Vec<bool>,
+    pub sliding: Option<[f64; 2]>,
+}
+
+/// The body with its restraint as a tip feels it where nothing is remembered: discs follow from the tip's force.
+pub(super) struct UnderTip {
+    pub at: Spot,
+    pub pulling: Vec<bool>,
+    /// The tip's path (in units of the modulus) by its force, solved where the tip does not slide; and what bands' gaps alone add to it.
+    path: DMatrix<Dual>,
+    held: DualSolver,
+    less: DVector<Dual>,
+    /// Displacements of the discs by the tip's force, and without.
+    discs: DMatrix<Dual>,
+    alone: DVector<Dual>,
+}
+
+impl UnderTip {
+    /// `None` where the restraint alone has no answer.
+    pub(super) fn new(
+        compliance: &Compliance,
+        law: &Law,
+        e: Dual,
+        tip: &Tip<'_>,
+        pulling: &[bool],
+    ) -> Option<Self> {
+        let n = compliance.d.nrows();
+        let still = DVector::from_element(n, Dual::from(0.0));
+        let matrix = compliance.matrix(law, e, Some(tip), None);
+        let right =
+            compliance.right(law, &still, Some(&(tip, DVector::from_element(3, Dual::from(0.0)))), None);
+        let solver = DualSolver::new(&matrix.view((3, 3), (n, n)).into_owned())?;
+        let mut discs = DMatrix::from_element(n, 3, Dual::from(0.0));
+        for i in 0..3 {
+            discs.set_column(i, &-solver.solve(&matrix.view((3, i), (n, 1)).column(0).into_owned())?);
+        }
+        let alone = solver.solve(&right.rows(3, n).into_owned())?;
+        let pulled = matrix.view((0, 3), (3, n));
+        let path = matrix.view((0, 0), (3, 3)) + pulled * &discs;
+        let less = right.rows(0, 3) - pulled * &alone;
+        let held = DualSolver::new(&path)?;
+        Some(Self { at: tip.at, pulling: pulling.to_vec(), path, held, less, discs, alone })
+    }
+
+    /// Force of the tip on a `path`, and displacements of the discs.
+    pub(super) fn answer(
+        &self,
+        tip: &Tip<'_>,
+        path: &DVector<Dual>,
+        sliding: Option<[f64; 2]>,
+    ) -> Option<DVector<Dual>> {
+        let mut right = path + &self.less;
+        let q = match (sliding, tip.effects.friction) {
+            (Some(to), Some(friction)) => {
+                let mut matrix = self.path.clone();
+                tip.slide(&mut matrix, to, friction);
+                tip.slide_right(&mut right);
+                DualSolver::new(&matrix)?.solve(&right)?
+            }
+            _ => self.held.solve(&right)?,
+        };
+        let u = &self.alone + &self.discs * &q;
+        Some(DVector::from_iterator(3 + u.len(), q.iter().chain(u.iter()).copied()))
+    }
+}
+
+/// `f = −K u + p` on the discs at one row; `K` has one block a disc.
+pub(super) struct Law {
+    k: Vec<[[Dual; 3]; 3]>,
+    p: DVector<Dual>,
+}
+
+impl Law {
+    pub(super) fn new(
+        discs: usize,
+        groups: &[Group],
+        bands: &[Band],
+        own: &[(Dual, DVector<Dual>)],
+        pulling: &[bool],
+        sliders: &[Sliders],
+    ) -> Self {
+        let mut k = vec![[[Dual::from(0.0); 3]; 3]; discs / 3];
+        let mut p = DVector::from_element(discs, Dual::from(0.0));
+        let laws = groups.iter().zip(bands).zip(own).zip(pulling).zip(sliders);
+        for ((((group, band), (stiffness, past)), pulling), sliders) in laws {
+            for (n, disc) in group.discs.clone().enumerate() {
+                match &band.slack {
+                    None => {
+                        let (drags, dragged) = sliders.pull(n);
+                        k[disc] = drags;
+                        for i in 0..3 {
+                            k[disc][i][i] += *stiffness;
+                            p[3 * disc + i] = dragged[i] - past[3 * n + i];
+                        }
+                    }
+                    Some(slack) if *pulling => {
+                        for i in 0..3 {
+                            k[disc][i] = slack.direction.map(|d| *stiffness * (slack.direction[i] * d));
+                            p[3 * disc + i] = *stiffness * slack.gap_m * slack.direction[i];
+                        }
+                    }
+                    Some(_) => {}
+                }
+            }
+        }
+        Self { k, p }
+    }
+
+    /// `M K` for any matrix with one column a component.
+    fn after(&self, m: &DMatrix<Dual>) -> DMatrix<Dual> {
+        DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| {
+            let (disc, axis) = (j / 3, j % 3);
+            (0..3)
+                // One that is zero here may not stay so: a slider that turns.
+                .filter(|&l| self.k[disc][l][axis].re != 0.0 || self.k[disc][l][axis].eps.0.is_some())
+                .map(|l| m[(i, 3 * disc + l)] * self.k[disc][l][axis])
+                .sum()
+        })
+    }
+
+    /// Forces at these displacements.
+    pub(super) fn forces(&self, u: &DVector<Dual>) -> DVector<Dual> {
+        DVector::from_fn(self.p.len(), |i, _| {
+            let (disc, axis) = (i / 3, i % 3);
+            (0..3).fold(self.p[i], |f, j| f - self.k[disc][axis][j] * u[3 * disc + j])
+        })
+    }
+}
+
+/// The condensed body.
+pub(super) struct Compliance {
+    pub a: DMatrix<Dual>,
+    pub b: DMatrix<Dual>,
+    pub d: DMatrix<Dual>,
+}
+
+impl Compliance {
+    /// The system of one row: unknowns are the force of the tip, if it touches, and the discs' displacements.
+    pub(super) fn matrix(
+        &self,
+        law: &Law,
+        e: Dual,
+        tip: Option<&Tip<'_>>,
+        sliding: Option<[f64; 2]>,
+    ) -> DMatrix<Dual> {
+        let (n, first) = (self.d.nrows(), if tip.is_some() { 3 } else { 0 });
+        let mut m = DMatrix::from_element(first + n, first + n, Dual::from(0.0));
+        m.view_mut((first, first), (n, n)).copy_from(&law.after(&self.d));
+        for i in first..first + n {
+            m[(i, i)] += e;
+        }
+        let Some(tip) = tip else { return m };
+        let s = 3 * tip.at.site;
+        let pull = law.after(&self.b.columns(s, 3).transpose());
+        for i in 0..3 {
+            for j in 0..3 {
+                let give = tip.effects.stage_m_per_n * (tip.at.direction[i] * tip.at.direction[j]);
+                m[(i, j)] = self.a[(s + i, s + j)] + e * give;
+            }
+            for j in 0..n {
+                m[(3 + j, i)] = -self.b[(j, s + i)];
+                m[(i, 3 + j)] = -pull[(i, j)];
+            }
+        }
+        if let (Some(to), Some(friction)) = (sliding, tip.effects.friction) {
+            tip.slide(&mut m, to, friction);
+        }
+        m
+    }
+
+    /// Its right-hand side: `past` under the discs, and the path of the tip in units of the modulus.
+    pub(super) fn right(
+        &self,
+        law: &Law,
+        past: &DVector<Dual>,
+        path: Option<&(&Tip<'_>, DVector<Dual>)>,
+        sliding: Option<[f64; 2]>,
+    ) -> DVector<Dual> {
+        let under = if law.p.iter().all(|p| p.re == 0.0) { -past } else { &self.d * &law.p - past };
+        let Some((tip, path)) = path else { return under };
+        let pulls = law.p.iter().any(|p| p.re != 0.0);
+        let mut tip_rows = path.clone();
+        if pulls {
+            tip_rows -= self.b.columns(3 * tip.at.site, 3).transpose() * &law.p;
+        }
+        if sliding.is_some() {
+            tip.slide_right(&mut tip_rows);
+        }
+        let mut right = DVector::from_element(3 + under.len(), Dual::from(0.0));
+        right.rows_mut(0, 3).copy_from(&tip_rows);
+        right.rows_mut(3, under.len()).copy_from(&under);
+        right
+    }
+}
+
+/// The tip while it touches.
+pub(super) struct Tip<'a> {
+    pub at: Spot,
+    /// Unit normal of the surface, into the phantom.
+    pub inward: Vec3,
+    pub effects: &'a Effects,
+}
+
+impl Tip<'_> {
+    /// Two axes in the surface.
+    fn across(&self) -> [Vec3; 2] {
+        let basis = basis_from_axis(&self.inward);
+        [basis.column(0).into_owned(), basis.column(1).into_owned()]
+    }
+
+    /// Of a sliding tip's three equations the one into the surface stays; along the surface the force is the friction's
+    /// share of that into it.
+    fn slide(&self, m: &mut DMatrix<Dual>, to: [f64; 2], friction: Dual) {
+        for j in 0..m.ncols() {
+            let into: Dual = (0..3).map(|i| m[(i, j)] * self.inward[i]).sum();
+            m[(0, j)] = into;
+            m[(1, j)] = Dual::from(0.0);
+            m[(2, j)] = Dual::from(0.0);
+        }
+        for (row, (axis, share)) in self.across().iter().zip(to).enumerate() {
+            for i in 0..3 {
+                m[(1 + row, i)] = -friction * (share * self.inward[i]) + axis[i];
+            }
+        }
+    }
+
+    /// The same of the right-hand side.
+    fn slide_right(&self, right: &mut DVector<Dual>) {
+        let into: Dual = (0..3).map(|i| right[i] * self.inward[i]).sum();
+        *right = DVector::from_vec(vec![into, Dual::from(0.0), Dual::from(0.0)]);
+    }
+
+    /// Where the tip slides to: nowhere while its force is within the cone of friction about the surface's normal.
+    pub(super) fn sliding(&self, x: &DVector<Dual>, before: Option<[f64; 2]>) -> Option<[f64; 2]> {
+        let friction = self.effects.friction?.re;
+        if before.is_some() {
+            return before;
+        }
+        let force = Vec3::new(x[0].re, x[1].re, x[2].re);
+        let pressed = force.dot(&self.inward);
+        let aside = self.across().map(|axis| force.dot(&axis));
+        let size = aside[0].hypot(aside[1]);
+        (pressed > 0.0 && size > friction * pressed).then(|| aside.map(|s| s / size))
+    }
+
+    /// What the frame gives (m).
+    pub(super) fn stage_give(&self, q: &[Dual; 3]) -> [Dual; 3] {
+        let along: Dual = (0..3).map(|i| q[i] * self.at.direction[i]).sum();
+        std::array::from_fn(|i| self.effects.stage_m_per_n * along * self.at.direction[i])
+    }
+}
