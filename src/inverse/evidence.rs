@@ -152,6 +152,10 @@ impl Sums {
                 let mut weight = d * v / lambda.sqrt();
                 // Rows weighted by x·w have the noise of one row times √(wᵀ Σxxᵀ w): 1 but for the drive's own noise.
                 weight /= weight.dot(&(self.xx * weight)).sqrt();
+                // Either sign is an eigenvector: readings of markers that are not seen in the same frames go the same way.
+                if self.x.dot(&weight) < 0.0 {
+                    weight = -weight;
+                }
                 Reading { drive: corrected * weight, value: self.yx * weight, shift: self.x.dot(&weight) }
             })
             .collect();

@@ -14,7 +14,7 @@
 //! these get wrong would have to be explained by restraint. Markers are weighed by their noise alone: hundreds of
 //! them at 50 µm say less about any one displacement than the elements know.
 
-use super::evidence::{Driven, Evidence, Reading};
+use super::evidence::{DRIVE, Driven, Evidence, Reading};
 use super::forward::Prediction;
 use super::problem::Linearised;
 use super::shared_error::SharedError;
@@ -47,25 +47,24 @@ impl<'a> Whitening<'a> {
     /// Without the stage's own noise. `elements_sd` is the relative standard deviation of what the elements get wrong in
     /// one reading of force, independent between readings.
     pub fn new(evidence: &'a Evidence, elements_sd: f64) -> Self {
-        Self::through(evidence, elements_sd, |_| Mat3::zeros())
+        Self::through(evidence, elements_sd, |_| DMatrix::zeros(3, DRIVE))
     }
 
     /// As this one, with the stage's noise carried into the force by the stiffness of `prediction`.
     pub fn near(&self, prediction: &Prediction) -> Self {
-        let smallest = Self::through(self.evidence, self.smallest_sd, |site| {
-            prediction.sites[site].force.fixed_view::<3, 3>(0, 0).into_owned()
-        });
+        let smallest =
+            Self::through(self.evidence, self.smallest_sd, |site| prediction.sites[site].force.clone());
         smallest.with_elements(self.elements_sd)
     }
 
-    fn through(evidence: &'a Evidence, elements_sd: f64, stiffness: impl Fn(usize) -> Mat3) -> Self {
+    fn through(evidence: &'a Evidence, elements_sd: f64, stiffness: impl Fn(usize) -> DMatrix<f64>) -> Self {
         let diagonal = |sd: [f64; 3]| Mat3::from_diagonal(&Vec3::from(sd.map(|s| s * s)));
         let noise = (0..evidence.sites.len())
             .map(|site| {
                 let b = stiffness(site);
                 let mut covariance = diagonal(evidence.noise.force_n);
                 if evidence.driven == Driven::ByStage {
-                    covariance += b * diagonal(evidence.noise.stage_m) * b.transpose();
+                    covariance += &b * evidence.sites[site].drive_noise * b.transpose();
                 }
                 covariance
             })
@@ -250,5 +249,54 @@ impl Place {
             Some(marker) => map.markers.fixed_rows::<3>(3 * marker),
         };
         Vec3::from_fn(|i, _| rows.row(i).iter().zip(reading.drive.iter()).map(|(a, x)| a * x).sum())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::evidence::{Drive, Site};
+    use super::super::forward::SitePrediction;
+    use super::super::lift::{DriveNoise, Lift};
+    use super::*;
+    use crate::observation::Noise;
+
+    /// Under a sphere the drive is powers of the depth, not the stage's displacement: a reading of force is weighed by what their own noise makes of
+    /// it through the map that is in proportion to them.
+    #[test]
+    fn the_noise_of_the_stage_is_carried_as_its_lift_says() {
+        let value = Vec3::new(0.1, -0.2, 0.4);
+        let reading = Reading { drive: Drive::zeros(), value, shift: 0.0 };
+        let drive_noise = DriveNoise::from_fn(|i, j| if i == j { 0.03 } else { 0.01 });
+        let site = Site {
+            centre: Vec3::zeros(),
+            direction: -Vec3::z(),
+            radius_m: 4e-3,
+            pokes: vec![0],
+            force: vec![reading],
+            markers: Vec::new(),
+            lift: Lift::Series { inward: -Vec3::z(), deepest_m: 3e-3 },
+            drive_noise,
+        };
+        let noise =
+            Noise { force_n: [0.05; 3], torque_nm: [1.0; 3], marker_m: [1e-5; 3], stage_m: [1e-6; 3] };
+        let evidence = Evidence {
+            driven: Driven::ByStage,
+            sites: vec![site],
+            lifts: Vec::new(),
+            rest: Vec::new(),
+            noise,
+            measured_over_stated: [1.0; 2],
+            sway_m2: [0.0; 3],
+            wander: 0.0,
+        };
+        let force = DMatrix::from_fn(3, DRIVE, |i, j| if j < 4 { 0.2 * (1 + i * j) as f64 } else { 0.0 });
+        let covariance =
+            DMatrix::identity(3, 3) * 0.05_f64.powi(2) + &force * drive_noise * force.transpose();
+        let prediction =
+            Prediction { sites: vec![SitePrediction { force, markers: DMatrix::zeros(0, DRIVE) }] };
+        let whitened = Whitening::new(&evidence, 0.0).near(&prediction).residual(&prediction);
+        let solved = covariance.lu().solve(&value).expect("definite");
+        let expected = value.dot(&Vec3::new(solved[0], solved[1], solved[2]));
+        assert!((whitened.norm_squared() / expected - 1.0).abs() < 1e-9, "{whitened} {expected}");
     }
 }
