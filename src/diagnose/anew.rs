@@ -84,7 +84,7 @@ fn refitted(model: &Model<'_>, reading: &Fitted) -> Vec<Restraint> {
 /// A reading with a restraint of its own.
 pub(super) struct Anew<'a> {
     /// The model that has it.
-    pub model: Model<'a>,
+    model: Model<'a>,
     fitted: Fitted,
 }
 
@@ -105,14 +105,16 @@ impl<'a> Anew<'a> {
         let values = reading.at.iter().skip(from.base()).copied();
         let knobs: Vec<_> = reading.acting.knobs.iter().copied().zip(values).collect();
         let acting = Acting { without: Vec::new(), ..reading.acting.clone() };
-        let Some(mut fitted) = descend(&model, &acting, model.start(&knobs), CLOSE_ENOUGH) else {
-            return Ok(None);
-        };
-        if model.measure_rest(&fitted) {
-            let Some(again) = descend(&model, &acting, fitted.at, CLOSE_ENOUGH) else { return Ok(None) };
-            fitted = again;
-        }
-        Ok(Some(Self { model, fitted }))
+        // To be compared, all readings are weighed alike, whatever each takes for an error of the instruments.
+        model.correlation = from.correlation;
+        let fitted = descend(&model, &acting, model.start(&knobs), CLOSE_ENOUGH);
+        Ok(fitted.map(|fitted| Self { model, fitted }))
+    }
+
+    /// The model, which takes for an error of the instruments what this reading does.
+    pub(super) fn into_model(mut self) -> Model<'a> {
+        self.model.measure_rest(&self.fitted);
+        self.model
     }
 
     /// By which it is compared with other readings.

@@ -114,9 +114,10 @@ impl Law {
                         }
                     }
                     Some(slack) if *pulling => {
+                        let past: Dual = (0..3).map(|i| past[3 * n + i] * slack.direction[i]).sum();
                         for i in 0..3 {
                             k[disc][i] = slack.direction.map(|d| *stiffness * (slack.direction[i] * d));
-                            p[3 * disc + i] = *stiffness * slack.gap_m * slack.direction[i];
+                            p[3 * disc + i] = (*stiffness * slack.gap_m - past) * slack.direction[i];
                         }
                     }
                     Some(_) => {}
@@ -196,9 +197,10 @@ impl Compliance {
         path: Option<&(&Tip<'_>, DVector<Dual>)>,
         sliding: Option<[f64; 2]>,
     ) -> DVector<Dual> {
-        let under = if law.p.iter().all(|p| p.re == 0.0) { -past } else { &self.d * &law.p - past };
+        // One that is zero here may not stay so: a gap, or what a band has relaxed.
+        let pulls = law.p.iter().any(|p| p.re != 0.0 || p.eps.0.is_some());
+        let under = if !pulls { -past } else { &self.d * &law.p - past };
         let Some((tip, path)) = path else { return under };
-        let pulls = law.p.iter().any(|p| p.re != 0.0);
         let mut tip_rows = path.clone();
         if pulls {
             tip_rows -= self.b.columns(3 * tip.at.site, 3).transpose() * &law.p;

@@ -6,6 +6,7 @@ use super::dual::Dual;
 use super::extra::Large;
 use super::sticky::Sticky;
 use super::uneven;
+use nalgebra::DVector;
 
 /// One term of a Prony series: share of the instantaneous stiffness that relaxes, and its time constant (s).
 #[derive(Debug, Clone, Copy)]
@@ -17,7 +18,7 @@ pub(super) struct Term {
 /// What a restraint does besides pulling in proportion.
 #[derive(Debug, Clone)]
 pub(super) struct Band {
-    /// Memory of the restraint.
+    /// Memory of the restraint: of what it is stretched by.
     pub memory: Vec<Term>,
     /// Acts along a direction only, in tension, beyond a gap.
     pub slack: Option<Slack>,
@@ -31,6 +32,19 @@ pub(super) struct Slack {
     pub gap_m: Dual,
     /// Unit vector `d`.
     pub direction: [f64; 3],
+}
+
+impl Slack {
+    /// By how much each disc of a band stretches it, with the discs' displacements one after the other (m); nothing does while it does not pull.
+    pub(super) fn stretch(&self, u: &[Dual], pulls: bool) -> DVector<Dual> {
+        let beyond =
+            |u: &[Dual]| -> Dual { (0..3).map(|i| u[i] * self.direction[i]).sum::<Dual>() - self.gap_m };
+        let of = |u: &[Dual]| match pulls {
+            true => self.direction.map(|d| beyond(u) * d),
+            false => [Dual::from(0.0); 3],
+        };
+        DVector::from_iterator(u.len(), u.chunks_exact(3).flat_map(of))
+    }
 }
 
 /// All effects.

@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// So many changes are kept.
 const KEPT: usize = 64;
 
-/// Knobs this close to known ones, over their longest step, are answered by the derivative there.
-const CLOSE: f64 = 0.02;
+/// Changes are worked out where every knob is a multiple of this share of its longest step, and led on from there: which were asked for before,
+/// and by whom, makes no difference.
+const APART: f64 = 0.04;
 
 /// A change of the body that was worked out.
 pub(super) struct Changed {
@@ -38,19 +39,22 @@ impl Changed {
 pub(super) struct Known(Mutex<Vec<Arc<Changed>>>);
 
 impl Known {
-    /// A change so close to this one that its derivatives lead here, worked out where none is known; `None` where the laboratory has no
-    /// answer.
+    /// A change so close to this one that its derivatives lead here, worked out where it is not known; `None` beyond the knobs' ranges, and
+    /// where the laboratory has no answer.
     pub(super) fn nearest(&self, lab: &Lab<'_>, knobs: &[(BulkKnob, f64)]) -> Option<Arc<Changed>> {
-        let close = |known: &&Arc<Changed>| {
-            known.steps_to(knobs).is_some_and(|steps| {
-                steps.iter().zip(knobs).all(|(step, (knob, _))| step.abs() <= CLOSE * lab.range(*knob).1)
-            })
+        let knot = |&(knob, value): &(BulkKnob, f64)| {
+            let ([low, high], longest) = lab.range(knob);
+            let apart = APART * longest;
+            // On the edge is within, as far as the edge can be told.
+            let within = (low - apart..=high + apart).contains(&value);
+            within.then(|| (knob, ((value / apart).round() * apart).clamp(low, high)))
         };
+        let knobs: Vec<(BulkKnob, f64)> = knobs.iter().map(knot).collect::<Option<_>>()?;
         let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = kept().iter().rev().find(close) {
+        if let Some(known) = kept().iter().find(|known| known.knobs == knobs) {
             return Some(Arc::clone(known));
         }
-        let made = Arc::new(Changed::new(knobs, lab.changed(knobs).ok()?));
+        let made = Arc::new(Changed::new(&knobs, lab.changed(&knobs).ok()?));
         let mut kept = kept();
         if kept.len() == KEPT {
             kept.remove(0);

@@ -131,6 +131,7 @@ pub(super) fn march(
                 _ => {
                     let key = Key {
                         e: e.re,
+                        age_s: ages.then_some(row.time_s),
                         own: own.iter().map(|(k, _)| k.re).collect(),
                         state: state.clone(),
                         sliders: sliders.iter().flat_map(Sliders::state).collect(),
@@ -197,9 +198,14 @@ pub(super) fn march(
         });
         surface.advance(moved);
         loaded.advance(load.clone());
-        for ((group, band), sliders) in groups.iter().zip(&mut bands).zip(&mut sliders) {
-            sliders.advance(&u.as_slice()[3 * group.discs.start..3 * group.discs.end]);
-            band.advance(u.rows(3 * group.discs.start, 3 * group.discs.len()).into_owned());
+        let past = groups.iter().zip(&mut bands).zip(&mut sliders).zip(&effects.bands).zip(&state.pulling);
+        for ((((group, band), sliders), law), pulling) in past {
+            let u = &u.as_slice()[3 * group.discs.start..3 * group.discs.end];
+            sliders.advance(u);
+            band.advance(match &law.slack {
+                Some(slack) => slack.stretch(u, *pulling),
+                None => DVector::from_column_slice(u),
+            });
         }
         out.depth.push(match &tip {
             Some((tip, path)) => {
@@ -230,6 +236,8 @@ struct Solved {
 #[derive(Debug, Clone, PartialEq)]
 struct Key {
     e: f64,
+    /// Time, where the modulus changes with it: it may do so in its derivative alone.
+    age_s: Option<f64>,
     own: Vec<f64>,
     state: Contact,
     sliders: Vec<Option<[f64; 4]>>,
@@ -252,49 +260,81 @@ fn still_pulling(groups: &[Group], effects: &Effects, u: &DVector<Dual>) -> Vec<
 
 #[cfg(test)]
 mod tests {
-    use super::super::dual::{Field, variable};
+    use super::super::dual::{Field, gradient, variable};
+    use super::super::effects::{Slack, Term};
     use super::super::track::{Row, Touch};
     use super::*;
     use crate::geometry::Vec3;
     use nalgebra::DMatrix;
 
+    /// One site, one disc, a compliance of 4 under each and of 1 between them, along every axis alike.
+    fn body() -> Body {
+        let field = |size: f64| Field { value: DMatrix::from_diagonal_element(3, 3, size), by: Vec::new() };
+        let markers = Field { value: DMatrix::zeros(0, 6), by: Vec::new() };
+        Body { sites: 1, tips_tips: field(4.0), discs_tips: field(1.0), discs_discs: field(4.0), markers }
+    }
+
+    /// 1 mm deeper every 0.1 s.
+    fn poke(direction: Vec3, from_s: f64) -> impl Iterator<Item = Row> + Clone {
+        (0..3).map(move |i| {
+            let reported_m = direction * (1e-3 * f64::from(i));
+            let touch = Touch { site: 0, direction, inward: -Vec3::z(), reported_m };
+            Row { time_s: from_s + 0.1 * f64::from(i), contact: Some(touch), first: i == 0 }
+        })
+    }
+
+    /// Force of the tip at every row, with its derivative by the first parameter: a band of 2 kN/m holds the disc.
+    fn forces(rows: impl Iterator<Item = Row>, effects: &Effects) -> Vec<[(f64, f64); 3]> {
+        let timeline = Timeline { rows: rows.collect(), deepest_m: Vec::new() };
+        let groups = [Group { discs: 0..1, stiffness: Dual::from(2e3) }];
+        let marched = march(&timeline, &body(), Dual::from(1e4), &groups, effects).expect("a march");
+        marched.force.iter().map(|q| q.map(|q| (q.re, gradient(&q, 1)[0]))).collect()
+    }
+
     /// A frame that gives does so along the poke: the same site pressed straight in and then aslant, which no memory tells apart, feels
-    /// both times what it feels when that poke is the only one. With the phantom's drying at nothing, so that a row's matrix is kept, too.
+    /// both times what it feels when that poke is the only one. With a drying that is nothing but in its derivative, which makes every row
+    /// differ, too.
     #[test]
     fn a_site_that_is_pressed_along_two_directions_gives_along_each() {
-        let field = |value: DMatrix<f64>| Field { value, by: Vec::new() };
-        let (own, other) =
-            (DMatrix::from_diagonal_element(3, 3, 4.0), DMatrix::from_diagonal_element(3, 3, 1.0));
-        let body = Body {
-            sites: 1,
-            tips_tips: field(own.clone()),
-            discs_tips: field(other),
-            discs_discs: field(own),
-            markers: field(DMatrix::zeros(0, 6)),
-        };
-        let groups = [Group { discs: 0..1, stiffness: Dual::from(20.0) }];
-        let poke = |direction: Vec3, from_s: f64| {
-            let row = move |i: u32| {
-                let reported_m = direction * (1e-3 * f64::from(i));
-                let touch = Touch { site: 0, direction, inward: -Vec3::z(), reported_m };
-                Row { time_s: from_s + 0.1 * f64::from(i), contact: Some(touch), first: i == 0 }
-            };
-            (0..3).map(row)
-        };
         let (straight, aslant) = (poke(-Vec3::z(), 0.1), poke(Vec3::new(0.6, 0.0, -0.8), 0.4));
         for drying in [Dual::from(0.0), variable(0.0, 0)] {
             let effects =
                 Effects { stage_m_per_n: Dual::from(5e-4), drying_per_s: drying, ..Effects::neutral(1) };
-            let forces = |rows: Vec<Row>| -> Vec<[f64; 3]> {
-                let timeline = Timeline { rows, deepest_m: Vec::new() };
-                let marched = march(&timeline, &body, Dual::from(1e4), &groups, &effects);
-                marched.expect("a march").force.iter().map(|q| q.map(|q| q.re)).collect()
-            };
-            let both = forces(straight.clone().chain(aslant.clone()).collect());
-            assert_eq!(both[..3], forces(straight.clone().collect()));
-            assert_eq!(both[3..], forces(aslant.clone().collect()));
-            // By hand, without the band: the tip's compliance 4/E and the frame's along the poke, one after the other.
-            assert!((both[2][2] + 2e-3 / (4e-4 + 5e-4)).abs() < 0.02 * both[2][2].abs(), "{both:?}");
+            let both = forces(straight.clone().chain(aslant.clone()), &effects);
+            assert_eq!(both[..3], forces(straight.clone(), &effects));
+            assert_eq!(both[3..], forces(aslant.clone(), &effects));
+            // Without the band, by hand: the compliance of the body, 4/E, and that of the frame along the poke.
+            let unheld = 2e-3 / (4e-4 + 5e-4);
+            assert!((both[2][2].0 + unheld).abs() < 0.02 * unheld, "{both:?}");
         }
+    }
+
+    /// Pulled all the time along its direction a band that could go slack relaxes as one that cannot.
+    #[test]
+    fn a_band_that_pulls_relaxes() {
+        let with = |slack: Option<Slack>, relaxed: f64| {
+            let mut effects = Effects::neutral(1);
+            effects.bands[0].slack = slack;
+            let term = Term { relaxed_fraction: Dual::from(relaxed), time_constant_s: Dual::from(0.1) };
+            effects.bands[0].memory.push(term);
+            forces(poke(-Vec3::z(), 0.1), &effects)[2][2].0
+        };
+        let taut = Slack { gap_m: Dual::from(0.0), direction: [0.0, 0.0, -1.0] };
+        let (held, pulled) = (with(None, 0.4), with(Some(taut), 0.4));
+        assert!((held - pulled).abs() < 1e-12 * held.abs(), "{held} {pulled}");
+        assert!((pulled - with(Some(taut), 0.1)).abs() > 1e-3 * held.abs());
+    }
+
+    /// A gap of nothing has the derivative that a small one shows.
+    #[test]
+    fn a_gap_that_is_nothing_may_become_one() {
+        let with = |gap_m: Dual| {
+            let mut effects = Effects::neutral(1);
+            effects.bands[0].slack = Some(Slack { gap_m, direction: [0.0, 0.0, -1.0] });
+            forces(poke(-Vec3::z(), 0.1), &effects)[2][2]
+        };
+        let (closed, open) = (with(variable(0.0, 0)), with(Dual::from(1e-6)));
+        let slope = (open.0 - closed.0) / 1e-6;
+        assert!(slope > 10.0 && (closed.1 - slope).abs() < 1e-6 * slope, "{} {slope}", closed.1);
     }
 }

@@ -20,6 +20,7 @@
 //! Symbols: `C` compliance for a unit modulus (1/m), `𝓔` the hereditary modulus, `q` force of the tip (N), `f` forces of the
 //! restraint discs (N), `u` displacements (m), `J` derivative of the readings by the parameters.
 
+mod along_path;
 mod anew;
 mod beyond;
 mod body;

@@ -135,13 +135,20 @@ impl<'a> Model<'a> {
         if first_shift + ROOM + 1 > MOST {
             return Err(DiagnoseError::TooManyPatches { patches: at.state.patches.len() });
         }
-        // Where there are more places than a march can be differentiated by, the last found stay where they are.
-        let places =
-            at.parameters.iter().filter(|p| matches!(p, Parameter::Shift(..) | Parameter::LogRadius(_)));
-        let logarithms =
-            std::iter::once(Parameter::LogModulus).chain(softs.iter().map(|&p| Parameter::LogSoftness(p)));
-        let baseline: Vec<Parameter> =
-            logarithms.chain(places.copied().take(MOST - ROOM - 1 - first_shift)).collect();
+        let mut baseline = vec![Parameter::LogModulus];
+        baseline.extend(softs.iter().map(|&p| Parameter::LogSoftness(p)));
+        // Where there are more places than a march can be differentiated by, the patches last found stay where they are.
+        for patch in 0..at.state.patches.len() {
+            let of_it = |p: &Parameter| match *p {
+                Parameter::Shift(of, _) | Parameter::LogRadius(of) => of == patch,
+                Parameter::LogModulus | Parameter::LogSoftness(_) => false,
+            };
+            let place: Vec<Parameter> = at.parameters.iter().copied().filter(of_it).collect();
+            if baseline.len() + place.len() + ROOM + 1 > MOST {
+                break;
+            }
+            baseline.extend(place);
+        }
         let index_of = |parameter: Parameter| baseline.iter().position(|p| *p == parameter);
         let mut body = body(settled, &index_of)?;
         let lab = bulk::Lab::new(settled);

@@ -105,7 +105,7 @@ pub(super) mod tests {
             tried(&[Drying, SlackBand], 110.0),
         ];
         let base = Fitted::that_costs(1000.0);
-        Selection { base, screened: Vec::new(), tried, chosen: Some(0), complete: true }
+        Selection { base, screened: Vec::new(), tried, chosen: Some(0), ended: None }
     }
 
     /// The same with a lag that is not blamed; one of its values comes before its knobs'.

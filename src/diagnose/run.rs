@@ -25,7 +25,7 @@ use super::parameters::{parameters, springs, stiffness};
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
 use super::rivals::others;
-use super::select::{MOST, Selection, Tried, finished, select};
+use super::select::{Ended, MOST, Selection, Tried, Unexplained, finished, select};
 use super::undecided::undecided;
 use super::verdict::{EXPLAINS, Judged, ball_centre, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
@@ -117,11 +117,11 @@ impl Run<'_> {
         Search { look, effects }: Search,
     ) -> Result<Diagnosis, DiagnoseError> {
         let most = LOOKS[look];
-        self.select(model, &mut selection, most)?;
+        self.select(model, &mut selection, plain, most)?;
         // A memory's creep between pokes was taken for errors of the camera, which hid what else acts.
         if selection.chosen.is_some() && model.measure_rest(&selection.best().clone()) {
             selection = Selection::new(model).ok_or(DiagnoseError::Singular)?;
-            self.select(model, &mut selection, most)?;
+            self.select(model, &mut selection, plain, most)?;
         }
         // What explains all was chosen beside a restraint that was found without it.
         let quiet = selection.leaves_nothing(model).ok_or(DiagnoseError::Singular)?;
@@ -132,15 +132,16 @@ impl Run<'_> {
         let before = plain.unwrap_or(Explained { model, fitted: &selection.base });
         let before = Beyond::noise(&left(before.model, before.fitted)?);
         let acting = readings.first().map_or(0, |tried| tried.physics.len());
-        // What no entry comes close to no restraint brings close.
-        let asked = if acting == MOST { EXPLAINS } else { WORTH_IT };
+        // What no entries come close to no restraint brings close.
+        let asked =
+            if acting == MOST || selection.ended == Some(Ended::Hopeless) { EXPLAINS } else { WORTH_IT };
         let hopeless = match readings.first() {
             Some(best) => before.explained(&Beyond::noise(&left(model, &best.fitted)?)) < asked,
             None => true,
         };
         let done = look + 1 == LOOKS.len() || acting == effects;
         if done || hopeless || (quiet && selection.chosen.is_none()) {
-            self.select(model, &mut selection, MOST)?;
+            self.select(model, &mut selection, plain, MOST)?;
             return self.said(model, selection, plain);
         }
         (self.progress)(Progress::Restraint { readings: readings.len() });
@@ -158,7 +159,8 @@ impl Run<'_> {
         }
         let here = selection.best().criterion(model);
         match best.filter(|best| best.criterion() < here - BETTER) {
-            Some(Anew { model: mut other, .. }) => {
+            Some(best) => {
+                let mut other = best.into_model();
                 let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
                 let anew = Selection::new(&other).ok_or(DiagnoseError::Singular)?;
                 self.explained(&mut other, anew, Some(plain), Search { look: look + 1, effects: 0 })
@@ -167,15 +169,18 @@ impl Run<'_> {
         }
     }
 
-    /// Adds effects, up to `most`.
+    /// Adds effects, up to `most`; `plain` as in [`Run::explained`].
     fn select(
         &mut self,
         model: &Model<'_>,
         selection: &mut Selection,
+        plain: Option<Explained<'_>>,
         most: usize,
     ) -> Result<(), DiagnoseError> {
+        let Explained { model: of, fitted } = plain.unwrap_or(Explained { model, fitted: &selection.base });
+        let before = Unexplained { beyond: Beyond::noise(&left(of, fitted)?), cost: fitted.cost };
         let mut tell = |acting, entries| (self.progress)(Progress::Refitting { acting, entries });
-        select(model, selection, most, &mut tell).ok_or(DiagnoseError::Singular)
+        select(model, selection, &before, most, &mut tell).ok_or(DiagnoseError::Singular)
     }
 
     /// The verdict on what is chosen, after a last look at its law, its gains and its ball. `before` is what the baseline leaves, `plain` its

@@ -2,89 +2,30 @@
 //!
 //! Without memory, what is read in a poke is in proportion to the tip's displacement: `F = E k x`, `u = m x`, one 3 × 3 and
 //! one 3 markers × 3 matrix a site. A change of the body changes them by `δk`, `δm`; all rows enter through `Σ x xᵀ` and
-//! `Σ r xᵀ`, and the part that modulus, patches and the elements' shares can absorb is projected out.
+//! `Σ r xᵀ`, and the part that modulus, patches, the elements' shares and what acts already can absorb is projected out. What acts need
+//! not be in proportion to the displacement: its columns are signals in time, as the residual is.
 
+use super::along_path::{Signals, Site, sites};
 use super::body::Body;
 use super::bulk::BodyChange;
 use super::dual::{Dual, DualSolver, Field, gradient};
 use super::model::Model;
 use super::refit::Fitted;
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3};
 
 /// What is read per displacement of the tip at every site: force (3 × 3, N/m), markers (3 markers × 3).
 #[derive(Debug, Clone)]
 struct Maps(Vec<(Matrix3<f64>, DMatrix<f64>)>);
-
-/// Sums of one site.
-struct Site {
-    /// `Σ x xᵀ` over the force's rows (m²).
-    drive: Matrix3<f64>,
-    /// Of each marker component, over the frames in which it is seen.
-    seen: Vec<Seen>,
-    /// `Σ r xᵀ` of the force (N m).
-    cross: Matrix3<f64>,
-}
-
-/// Sums over the frames in which a marker component is seen.
-#[derive(Debug, Clone, Default)]
-struct Seen {
-    /// `Σ x xᵀ` (m²).
-    drive: Matrix3<f64>,
-    /// `Σ x` (m).
-    path: Vector3<f64>,
-    /// `Σ r x` (m²).
-    cross: Vector3<f64>,
-}
-
-/// Those of one poke, not weighed yet by the errors that last it.
-#[derive(Debug, Clone, Default)]
-struct InPoke {
-    frames: f64,
-    plain: Seen,
-    /// `Σ r` (m).
-    residual: f64,
-}
-
-impl InPoke {
-    fn add(&mut self, x: &Vector3<f64>, residual: f64) {
-        self.frames += 1.0;
-        self.residual += residual;
-        self.plain.drive += x * x.transpose();
-        self.plain.path += x;
-        self.plain.cross += x * residual;
-    }
-
-    /// Weighed by an error that lasts over all these frames, of this variance over that of one:
-    /// `(1 + ℓ 1 1ᵀ)⁻¹ = 1 − ℓ/(1 + ℓ n) 1 1ᵀ`.
-    fn weighed(&self, lasting: f64) -> Seen {
-        let Seen { drive, path, cross } = &self.plain;
-        let scale = (1.0 + lasting * self.frames).recip();
-        let less = lasting * scale;
-        Seen {
-            drive: drive - path * path.transpose() * less,
-            path: path * scale,
-            cross: cross - path * (self.residual * less),
-        }
-    }
-}
-
-impl Seen {
-    /// Another poke at the same site.
-    fn join(&mut self, other: &Self) {
-        self.drive += other.drive;
-        self.path += other.path;
-        self.cross += other.cross;
-    }
-}
 
 /// Sums over all rows, as a scalar product of maps that are written as vectors.
 struct Sums {
     sites: Vec<Site>,
     /// Inverse variance of each force component (1/N²) and marker component (1/m²).
     weight: ([f64; 3], Vec<f64>),
-    /// `Σ r` over all frames of each marker component (m), and by how much the error of its rest position, which stays, makes a sum over frames
-    /// weigh less.
-    stays: (DVector<f64>, DVector<f64>),
+    /// Signals.
+    signals: Signals,
+    /// By how much the error of its rest position, which stays, makes a sum over the frames of each marker component weigh less.
+    stays: DVector<f64>,
 }
 
 /// A fitted reading, ready to be asked about changes of the body.
@@ -110,8 +51,8 @@ impl Scan {
         let fittable = model.base();
         let modulus = fitted.at[0].exp();
         let stiffness = model.disc_stiffness(&fitted.acting, &fitted.at);
-        let sites = sites(model, fitted, &marched);
         let stays = fitted.staying(model);
+        let (sites, signals) = sites(model, fitted, &marched, &stays);
         let body = marched.body;
         let discs: Vec<f64> = stiffness.iter().map(|k| k.re / modulus).collect();
         let maps = maps(&Compliance::of(&body), &discs, modulus)?;
@@ -129,20 +70,40 @@ impl Scan {
         // Patches that are left out have columns of zeros.
         let frozen = (0..fittable).map(|i| model.frozen(&fitted.acting, i)).chain(std::iter::repeat(false));
         prior.iter_mut().zip(frozen).filter(|(_, frozen)| *frozen).for_each(|(p, _)| *p = 1.0);
-        let sums = Sums { sites, weight, stays };
-        let n = columns.len();
+        let sums = Sums { sites, weight, signals, stays: stays.1 };
         let vectors: Vec<DVector<f64>> = columns.iter().map(Maps::vector).collect();
-        let weighed: Vec<_> = columns.iter().map(|column| sums.weighed(column).transpose()).collect();
+        let mut weighed: Vec<_> = columns.iter().map(|column| sums.weighed(column).transpose()).collect();
+        let (in_proportion, acting) = (columns.len(), fitted.acting.knobs.len());
+        weighed.extend((0..acting).map(|knob| sums.signal(knob).transpose()));
+        prior.extend(all.iter().skip(fittable).take(acting));
+        // What may not change absorbs nothing.
+        let frozen = (fittable..fittable + acting).map(|i| model.frozen(&fitted.acting, i));
+        prior[in_proportion..]
+            .iter_mut()
+            .zip(frozen)
+            .filter(|(_, f)| *f)
+            .for_each(|(p, _)| *p = f64::MAX.sqrt());
         let columns = DMatrix::from_rows(&weighed);
-        let normal =
-            DMatrix::from_diagonal(&DVector::from_vec(prior)) + &columns * DMatrix::from_columns(&vectors);
+        let n = columns.nrows();
+        let crossed = &columns * DMatrix::from_columns(&vectors);
+        let normal = DMatrix::from_fn(n, n, |i, j| {
+            let product = match (i.checked_sub(in_proportion), j.checked_sub(in_proportion)) {
+                (Some(a), Some(b)) => sums.signals.products[(a, b)],
+                (_, None) => crossed[(i, j)],
+                (None, Some(_)) => crossed[(j, i)],
+            };
+            product + if i == j { prior[i] } else { 0.0 }
+        });
         // Scaled, as moduli, metres and shares differ by orders.
         let scale = normal.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt().recip());
         let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);
         let inverse = (scaled + DMatrix::identity(n, n) * 1e-10).cholesky()?.inverse();
         let covariance = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
-        let residual = sums.residual();
-        let pull = DVector::from_fn(n, |i, _| residual.dot(&vectors[i]));
+        let residual = sums.signal(acting);
+        let pull = DVector::from_fn(n, |i, _| match i.checked_sub(in_proportion) {
+            Some(knob) => sums.signals.products[(knob, acting)],
+            None => residual.dot(&vectors[i]),
+        });
         Some(Self { modulus, discs, body, maps, sums, columns, residual, covariance, pull })
     }
 
@@ -169,13 +130,13 @@ impl Scan {
 impl Sums {
     /// What a map's scalar product with others is taken with: driven and over the variance.
     fn weighed(&self, maps: &Maps) -> DVector<f64> {
-        let mut stays = DVector::zeros(self.stays.1.len());
+        let mut stays = DVector::zeros(self.stays.len());
         for ((_, markers), site) in maps.0.iter().zip(&self.sites) {
             for (c, seen) in site.seen.iter().enumerate() {
                 stays[c] += (markers.fixed_view::<1, 3>(c, 0) * seen.path)[0];
             }
         }
-        stays.component_mul_assign(&self.stays.1);
+        stays.component_mul_assign(&self.stays);
         let parts = maps.0.iter().zip(&self.sites).map(|((force, markers), site)| {
             let mut driven = DMatrix::zeros(stays.len(), 3);
             for (c, seen) in site.seen.iter().enumerate() {
@@ -187,16 +148,16 @@ impl Sums {
         Maps(parts.collect()).vector()
     }
 
-    /// The same of the residual.
-    fn residual(&self) -> DVector<f64> {
-        let stays = self.stays.0.component_mul(&self.stays.1);
+    /// The same of a signal.
+    fn signal(&self, signal: usize) -> DVector<f64> {
+        let stays = self.signals.stay.column(signal).component_mul(&self.stays);
         let parts = self.sites.iter().map(|site| {
             let mut markers = DMatrix::zeros(stays.len(), 3);
             for (c, seen) in site.seen.iter().enumerate() {
-                let own = (seen.cross - seen.path * stays[c]).transpose();
+                let own = (seen.cross[signal] - seen.path * stays[c]).transpose();
                 markers.fixed_view_mut::<1, 3>(c, 0).copy_from(&own);
             }
-            (self.over_variance(site.cross), self.markers_over_variance(markers))
+            (self.over_variance(site.cross[signal]), self.markers_over_variance(markers))
         });
         Maps(parts.collect()).vector()
     }
@@ -335,50 +296,9 @@ fn derivatives(body: &Body, stiffness: &[Dual], log_modulus: f64, parameters: us
     Some(columns)
 }
 
-/// Sums over the rows that count.
-fn sites(model: &Model<'_>, fitted: &Fitted, marched: &super::model::Marched) -> Vec<Site> {
-    let components = 3 * model.settled.evidence.rest.len();
-    let none = || {
-        let seen = vec![Seen::default(); components];
-        Site { drive: Matrix3::zeros(), seen, cross: Matrix3::zeros() }
-    };
-    let lasting = model.lasting();
-    let mut sites: Vec<Site> = (0..model.body.sites).map(|_| none()).collect();
-    for track in &model.tracks {
-        let share = |channel: usize| fitted.at[marched.fitted + channel * model.body.sites + track.site];
-        let site = &mut sites[track.site];
-        let rows = model.force_rows(track, marched, share(0), true);
-        let counted = (0..track.time_s.len()).filter(|&i| track.counts[i]);
-        for (n, row) in counted.enumerate() {
-            let x = track.reported_m[row];
-            site.drive += x * x.transpose();
-            for axis in 0..3 {
-                let left = rows[(3 * n + axis, marched.fitted + 1)] * model.force_sd[axis];
-                for i in 0..3 {
-                    site.cross[(axis, i)] += left * x[i];
-                }
-            }
-        }
-        let mut own = vec![InPoke::default(); components];
-        for frame in track.frames.iter().filter(|f| track.counts_at(f.time_s)) {
-            let Some(rows) = model.marker_rows(track, frame, marched, share(1)) else { continue };
-            let right = track.time_s.partition_point(|t| *t < frame.time_s).min(track.time_s.len() - 1);
-            for (n, marker) in frame.markers().enumerate() {
-                for axis in 0..3 {
-                    let left = rows[(3 * n + axis, marched.fitted + 1)] * model.marker_sd[axis];
-                    own[3 * marker + axis].add(&track.reported_m[right], left);
-                }
-            }
-        }
-        for (c, (all, own)) in site.seen.iter_mut().zip(own).enumerate() {
-            all.join(&own.weighed(lasting[c % 3]));
-        }
-    }
-    sites
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::along_path::InPoke;
     use super::*;
     use crate::geometry::Vec3;
 
@@ -401,16 +321,19 @@ mod tests {
         let outer = |of: &[Vec3]| of.iter().map(|x| x * x.transpose()).sum::<Matrix3<f64>>();
         let crossed = |of: &[Vec3]| of.iter().map(|x| left * x.transpose()).sum::<Matrix3<f64>>();
         let sums = |component: usize| {
-            let mut sums = InPoke::default();
-            seen[component / 3].iter().for_each(|x| sums.add(x, left[component % 3]));
+            let mut sums = InPoke::new(1);
+            let signal = DVector::from_element(1, left[component % 3]);
+            seen[component / 3].iter().for_each(|x| sums.add(x, &signal));
             sums.weighed(0.0)
         };
-        let site = Site { drive: outer(&rows), seen: (0..6).map(sums).collect(), cross: crossed(&rows) };
+        let site =
+            Site { drive: outer(&rows), seen: (0..6).map(sums).collect(), cross: vec![crossed(&rows)] };
         // With r frames at rest and n seen (1 + 1 1ᵀ/r)⁻¹ = 1 − 1 1ᵀ/(r + n): two at rest.
         let share = |m: usize| 1.0 / (2.0 + seen[m].len() as f64);
-        let stays = DVector::from_fn(6, |i, _| left[i % 3] * seen[i / 3].len() as f64);
-        let stays = (stays, DVector::from_fn(6, |i, _| share(i / 3)));
-        let sums = Sums { sites: vec![site], weight: weight.clone(), stays };
+        let stay = DMatrix::from_fn(6, 1, |i, _| left[i % 3] * seen[i / 3].len() as f64);
+        let signals = Signals { stay, products: DMatrix::zeros(1, 1) };
+        let stays = DVector::from_fn(6, |i, _| share(i / 3));
+        let sums = Sums { sites: vec![site], weight: weight.clone(), signals, stays };
 
         // Products over all rows, and for a marker's component less a share of that of the sums over its frames.
         let product = |a: &Maps, b: &dyn Fn(Option<usize>, usize, &Vec3) -> f64| -> f64 {
@@ -437,24 +360,6 @@ mod tests {
         let expected = product(&a, &read);
         assert!((sums.weighed(&a).dot(&b.vector()) - expected).abs() < 1e-12 * expected.abs());
         let pulled = product(&a, &|_, axis, _| left[axis]);
-        assert!((sums.residual().dot(&a.vector()) - pulled).abs() < 1e-12 * pulled.abs());
-    }
-
-    /// An error that lasts takes off what all frames of a poke have in common, the more the larger it is: against the inverse covariance.
-    #[test]
-    fn an_error_that_lasts_is_weighed_by_its_covariance() {
-        let xs = [Vec3::new(2.0, 0.0, 1.0), Vec3::new(-1.0, 1.0, 1.0), Vec3::new(0.5, 0.2, 0.1)];
-        let residuals = Vec3::new(0.3, -0.2, 0.7);
-        let lasting = 0.4;
-        let covariance = Matrix3::identity() + Matrix3::repeat(lasting);
-        let precision = covariance.try_inverse().expect("positive definite");
-        let drives = Matrix3::from_columns(&xs).transpose();
-        let mut seen = InPoke::default();
-        xs.iter().zip(residuals.iter()).for_each(|(x, r)| seen.add(x, *r));
-        let weighed = seen.weighed(lasting);
-        let ones = Vec3::repeat(1.0);
-        assert!((weighed.drive - drives.transpose() * precision * drives).amax() < 1e-12);
-        assert!((weighed.cross - drives.transpose() * precision * residuals).amax() < 1e-12);
-        assert!((weighed.path - drives.transpose() * precision * ones).amax() < 1e-12);
+        assert!((sums.signal(0).dot(&a.vector()) - pulled).abs() < 1e-12 * pulled.abs());
     }
 }

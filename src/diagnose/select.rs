@@ -11,7 +11,7 @@ use super::screen::{Contenders, Screened, contenders, screen};
 use super::starts::ready;
 use super::terms::with_its_terms;
 use super::thin::{pruned, thin};
-use super::verdict::{ALIKE_SHARE, alike};
+use super::verdict::{ALIKE_SHARE, EXPLAINS, alike};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -35,8 +35,17 @@ pub(super) struct Selection {
     pub tried: Vec<Tried>,
     /// Index in `tried` of what is chosen; none: the baseline stays.
     pub chosen: Option<usize>,
-    /// Whether nothing that could be added earns it.
-    pub complete: bool,
+    /// Why the search for more has ended; none: it may go on.
+    pub ended: Option<Ended>,
+}
+
+/// Why nothing more is added.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ended {
+    /// Nothing that could be earns it.
+    NothingEarnsIt,
+    /// Not even as many effects as may act could explain enough to be named.
+    Hopeless,
 }
 
 /// Contenders come to rest where a step gains less than this, or than a tenth of what tells one from another: what is chosen goes on from
@@ -98,7 +107,7 @@ impl Selection {
     /// Nothing chosen yet.
     pub(super) fn new(model: &Model<'_>) -> Option<Self> {
         let base = descend(model, &Acting::default(), model.start(&[]), IN_FULL)?;
-        Some(Self { base, screened: Vec::new(), tried: Vec::new(), chosen: None, complete: false })
+        Some(Self { base, screened: Vec::new(), tried: Vec::new(), chosen: None, ended: None })
     }
 
     /// What is chosen, or else the baseline.
@@ -124,15 +133,24 @@ impl Selection {
     }
 }
 
-/// Adds effects, one by one, up to `most`; `None` where the model has no answer.
+/// What is to be explained: what the baseline leaves beyond noise, and its sum of squares.
+pub(super) struct Unexplained {
+    /// Beyond noise.
+    pub beyond: Beyond,
+    /// Sum of squares.
+    pub cost: f64,
+}
+
+/// Adds effects, one by one, up to `most`, while that can still explain `before`; `None` where the model has no answer.
 pub(super) fn select(
     model: &Model<'_>,
     selection: &mut Selection,
+    before: &Unexplained,
     most: usize,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Option<()> {
     let act = selection.chosen.map_or(0, |i| selection.tried[i].physics.len());
-    for _ in act..if selection.complete { act } else { most } {
+    for _ in act..if selection.ended.is_some() { act } else { most } {
         let (mut current, physics) = match selection.chosen.map(|i| &selection.tried[i]) {
             Some(tried) => (tried.fitted.clone(), tried.physics.clone()),
             None => (selection.base.clone(), Vec::new()),
@@ -143,6 +161,14 @@ pub(super) fn select(
         let screened = screen(model, &current, &physics);
         if physics.is_empty() {
             selection.screened.clone_from(&screened);
+        }
+        if physics.len() + 1 == MOST {
+            let explained = before.beyond.explained(&Beyond::noise(&Left::of(model, &current)?));
+            let promise = screened.first().map_or(0.0, |best| best.gain);
+            if !may_explain(explained, before.cost - current.cost, promise) {
+                selection.ended = Some(Ended::Hopeless);
+                break;
+            }
         }
         let share = LEAST_SHARE * (selection.base.cost - current.cost);
         let least = |base: &Fitted, physics: Physics| least(model, base, physics).max(share);
@@ -176,14 +202,22 @@ pub(super) fn select(
         });
         let known = selection.tried.len();
         selection.tried.extend(refitted);
-        selection.complete = best.is_none();
-        let Some(best) = best else { break };
+        let Some(best) = best else {
+            selection.ended = Some(Ended::NothingEarnsIt);
+            break;
+        };
         let best = known + best;
         selection.tried[best].fitted = finished(model, selection.tried[best].fitted.clone());
         selection.chosen = Some(best);
         thin(model, selection);
     }
     Some(())
+}
+
+/// Whether what explains this share, lowering the sum of squares by `gain`, may explain enough to be named with another effect that promises
+/// so much more.
+fn may_explain(explained: f64, gain: f64, promise: f64) -> bool {
+    explained * (1.0 + FROM_LOOK * promise / gain.max(f64::MIN_POSITIVE)) >= EXPLAINS
 }
 
 /// A contender brought to rest, with the terms that it needs and without the patches that it does not.
@@ -194,8 +228,7 @@ pub(super) fn finished(model: &Model<'_>, contender: Fitted) -> Fitted {
 /// The fit before `tried` was, from where `tried` carried it, if that is a better place.
 fn without_its_last(model: &Model<'_>, current: &Fitted, tried: &Tried) -> Option<Fitted> {
     let added = *tried.physics.last()?;
-    let (mut acting, at) = reduced(model, &tried.fitted, |knob| knob.physics() != added);
-    acting.fine = current.acting.fine;
+    let (acting, at) = reduced(model, &tried.fitted, |knob| knob.physics() != added);
     let hopeless = current.cost - contended(current.cost - tried.fitted.cost);
     let effort = Effort { optimism: FROM_CLOSE, hopeless, ..IN_FULL };
     descend(model, &acting, at, effort).filter(|better| better.cost < effort.hopeless)
@@ -324,7 +357,20 @@ pub(super) fn reduced(
     let mut kept_again = kept.iter();
     let mut acting = current.acting.clone();
     acting.knobs.retain(|_| kept_again.next().copied().unwrap_or(true));
+    acting.fine &= acting.knobs.iter().any(|knob| LARGE.contains(&knob.physics()));
     let of_knob = |i: usize| i.checked_sub(model.base()).and_then(|k| kept.get(k)).copied().unwrap_or(true);
     let values: Vec<f64> = (0..current.at.len()).filter(|&i| of_knob(i)).map(|i| current.at[i]).collect();
     (acting, DVector::from_vec(values))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Half explained by 1000: twice what 300 promise makes it 0.8, twice 299 does not; where all is explained nothing more need come.
+    #[test]
+    fn what_cannot_explain_enough_is_not_refitted() {
+        assert!(may_explain(0.5, 1000.0, 300.0) && !may_explain(0.5, 1000.0, 299.0));
+        assert!(may_explain(0.95, 1000.0, 0.0) && !may_explain(0.0, 1000.0, 1e6));
+    }
 }

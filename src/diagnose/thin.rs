@@ -64,7 +64,8 @@ fn plainer(model: &Model<'_>, chosen: &Tried, least: f64) -> Vec<(Tried, f64)> {
     let instead = |(gone, plain, knobs): (Physics, Physics, Vec<(Knob, f64)>)| {
         chosen.physics.contains(&gone).then_some(())?;
         let (acting, at) = reduced(model, &chosen.fitted, |knob| knob.physics() != gone);
-        let (acting, at) = extended(model, (&acting, &at), &knobs);
+        let (mut acting, at) = extended(model, (&acting, &at), &knobs);
+        acting.fine = chosen.fitted.acting.fine;
         ready(model, &knobs, true);
         let effort = Effort { optimism: FROM_CLOSE, hopeless: chosen.fitted.cost + least, ..IN_FULL };
         let fitted = descend(model, &acting, at, effort)?;
