@@ -60,9 +60,7 @@ impl InPoke {
             cross: cross.iter().zip(&self.sums).map(|(cross, sum)| cross - path * (sum * less)).collect(),
         }
     }
-}
 
-impl InPoke {
     /// By how much a sum over these frames weighs less, and what share of a product of two such sums is taken off.
     fn scale(&self, lasting: f64) -> [f64; 2] {
         let scale = (1.0 + lasting * self.frames).recip();
@@ -81,7 +79,7 @@ impl Seen {
 
 /// What is the same for all rows of the recording: the columns of what acts, and last the residual.
 pub(super) struct Signals {
-    /// `Σ s` over all frames of each marker component (m), one column a signal.
+    /// `Σ s` over the frames of each marker component (m), one column a signal: of what acts over those of pokes, of the residual over all.
     pub stay: DMatrix<f64>,
     /// Scalar products of the signals.
     pub products: DMatrix<f64>,

@@ -26,7 +26,7 @@ pub(super) struct Band {
     pub sticky: Option<Sticky>,
 }
 
-/// `f = −k max(0, u·d − gap) d`.
+/// `f = −max(0, k s) d` with `s = u·d − gap`, where a band remembers `−max(0, 𝓔[s]) d`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Slack {
     pub gap_m: Dual,
@@ -35,15 +35,36 @@ pub(super) struct Slack {
 }
 
 impl Slack {
-    /// By how much each disc of a band stretches it, with the discs' displacements one after the other (m); nothing does while it does not pull.
-    pub(super) fn stretch(&self, u: &[Dual], pulls: bool) -> DVector<Dual> {
-        let beyond =
-            |u: &[Dual]| -> Dual { (0..3).map(|i| u[i] * self.direction[i]).sum::<Dual>() - self.gap_m };
-        let of = |u: &[Dual]| match pulls {
-            true => self.direction.map(|d| beyond(u) * d),
-            false => [Dual::from(0.0); 3],
+    /// Whether the mean of its discs, displaced by `u`, has it pull: it does with `stiffness` times the stretch, and `past`.
+    pub(super) fn pulls(&self, u: &[Dual], (stiffness, past): &(Dual, DVector<Dual>)) -> bool {
+        let pull = |(u, past): (&[Dual], &[Dual])| self.stretch(u) * stiffness + self.along(past);
+        u.chunks_exact(3).zip(past.as_slice().chunks_exact(3)).map(pull).sum::<Dual>().re > 0.0
+    }
+
+    /// By how much each of its discs stretches it (m): beyond the gap, or, while it does not pull, to where it would pull with nothing.
+    pub(super) fn stretched(
+        &self,
+        u: &[Dual],
+        (stiffness, past): &(Dual, DVector<Dual>),
+        pulls: bool,
+    ) -> DVector<Dual> {
+        let of = |(u, past): (&[Dual], &[Dual])| {
+            let stretch = match pulls {
+                true => self.stretch(u),
+                false if stiffness.re > 0.0 => -self.along(past) / stiffness,
+                false => Dual::from(0.0),
+            };
+            self.direction.map(|d| stretch * d)
         };
-        DVector::from_iterator(u.len(), u.chunks_exact(3).flat_map(of))
+        DVector::from_iterator(u.len(), u.chunks_exact(3).zip(past.as_slice().chunks_exact(3)).flat_map(of))
+    }
+
+    fn stretch(&self, u: &[Dual]) -> Dual {
+        self.along(u) - self.gap_m
+    }
+
+    fn along(&self, v: &[Dual]) -> Dual {
+        v.iter().zip(self.direction).map(|(v, d)| *v * d).sum()
     }
 }
 

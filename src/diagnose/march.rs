@@ -149,11 +149,11 @@ pub(super) fn march(
             let u = x.rows(x.len() - discs, discs).into_owned();
             let next = Contact {
                 at: state.at,
-                pulling: still_pulling(groups, effects, &u),
+                pulling: still_pulling(groups, effects, &own, &u),
                 sliding: tip.as_ref().and_then(|(tip, _)| tip.sliding(&x, state.sliding)),
             };
             let q = tip.as_ref().map_or([Dual::from(0.0); 3], |_| [x[0], x[1], x[2]]);
-            solved = Some(Solved { f: law.forces(&u), q, u });
+            solved = Some(Solved { f: law.forces(&u), q, u, pulling: state.pulling.clone() });
             let of = |group: &Group| 3 * group.discs.start..3 * group.discs.end;
             let u = &solved.as_ref()?.u;
             let mut news = next != state;
@@ -165,7 +165,7 @@ pub(super) fn march(
             }
             state = next;
         }
-        let Solved { q, f, u } = solved?;
+        let Solved { q, f, u, pulling } = solved?;
         // How the surface moved under the tips follows from the forces: under all of them where it is remembered.
         let mut moved = DVector::from_element(tips + discs, Dual::from(0.0));
         let under = match (at, state.sliding) {
@@ -198,12 +198,13 @@ pub(super) fn march(
         });
         surface.advance(moved);
         loaded.advance(load.clone());
-        let past = groups.iter().zip(&mut bands).zip(&mut sliders).zip(&effects.bands).zip(&state.pulling);
-        for ((((group, band), sliders), law), pulling) in past {
+        let past =
+            groups.iter().zip(&mut bands).zip(&mut sliders).zip(&effects.bands).zip(&own).zip(&pulling);
+        for (((((group, band), sliders), law), own), pulling) in past {
             let u = &u.as_slice()[3 * group.discs.start..3 * group.discs.end];
             sliders.advance(u);
             band.advance(match &law.slack {
-                Some(slack) => slack.stretch(u, *pulling),
+                Some(slack) => slack.stretched(u, own, *pulling),
                 None => DVector::from_column_slice(u),
             });
         }
@@ -230,6 +231,8 @@ struct Solved {
     q: [Dual; 3],
     f: DVector<Dual>,
     u: DVector<Dual>,
+    /// Which bands pulled.
+    pulling: Vec<bool>,
 }
 
 /// What a row's matrix depends on.
@@ -243,19 +246,16 @@ struct Key {
     sliders: Vec<Option<[f64; 4]>>,
 }
 
-/// A slack band pulls while the mean of its discs is beyond the gap.
-fn still_pulling(groups: &[Group], effects: &Effects, u: &DVector<Dual>) -> Vec<bool> {
-    groups
-        .iter()
-        .zip(&effects.bands)
-        .map(|(group, band)| {
-            let Some(slack) = &band.slack else { return true };
-            let along =
-                |disc: usize| -> f64 { (0..3).map(|i| u[3 * disc + i].re * slack.direction[i]).sum() };
-            let mean = group.discs.clone().map(along).sum::<f64>() / group.discs.len() as f64;
-            mean > slack.gap_m.re
-        })
-        .collect()
+/// Which bands pull: those that are not slack do.
+fn still_pulling(
+    groups: &[Group],
+    effects: &Effects,
+    own: &[(Dual, DVector<Dual>)],
+    u: &DVector<Dual>,
+) -> Vec<bool> {
+    let of = |group: &Group| &u.as_slice()[3 * group.discs.start..3 * group.discs.end];
+    let bands = groups.iter().zip(&effects.bands).zip(own);
+    bands.map(|((group, band), own)| band.slack.is_none_or(|slack| slack.pulls(of(group), own))).collect()
 }
 
 #[cfg(test)]
@@ -274,21 +274,29 @@ mod tests {
         Body { sites: 1, tips_tips: field(4.0), discs_tips: field(1.0), discs_discs: field(4.0), markers }
     }
 
-    /// 1 mm deeper every 0.1 s.
-    fn poke(direction: Vec3, from_s: f64) -> impl Iterator<Item = Row> + Clone {
-        (0..3).map(move |i| {
-            let reported_m = direction * (1e-3 * f64::from(i));
-            let touch = Touch { site: 0, direction, inward: -Vec3::z(), reported_m };
-            Row { time_s: from_s + 0.1 * f64::from(i), contact: Some(touch), first: i == 0 }
+    /// So deep (mm) every 0.1 s.
+    fn poke_to(direction: Vec3, from_s: f64, depths_mm: &[f64]) -> impl Iterator<Item = Row> + Clone {
+        depths_mm.iter().enumerate().map(move |(i, depth)| {
+            let touch =
+                Touch { site: 0, direction, inward: -Vec3::z(), reported_m: direction * (1e-3 * depth) };
+            Row { time_s: from_s + 0.1 * i as f64, contact: Some(touch), first: i == 0 }
         })
     }
 
-    /// Force of the tip at every row, with its derivative by the first parameter: a band of 2 kN/m holds the disc.
-    fn forces(rows: impl Iterator<Item = Row>, effects: &Effects) -> Vec<[(f64, f64); 3]> {
+    fn poke(direction: Vec3, from_s: f64) -> impl Iterator<Item = Row> + Clone {
+        poke_to(direction, from_s, &[0.0, 1.0, 2.0])
+    }
+
+    /// The disc is held by a band of 2 kN/m.
+    fn marched(rows: impl Iterator<Item = Row>, effects: &Effects) -> March {
         let timeline = Timeline { rows: rows.collect(), deepest_m: Vec::new() };
         let groups = [Group { discs: 0..1, stiffness: Dual::from(2e3) }];
-        let marched = march(&timeline, &body(), Dual::from(1e4), &groups, effects).expect("a march");
-        marched.force.iter().map(|q| q.map(|q| (q.re, gradient(&q, 1)[0]))).collect()
+        march(&timeline, &body(), Dual::from(1e4), &groups, effects).expect("a march")
+    }
+
+    /// Force of the tip at every row, with its derivative by the first parameter.
+    fn forces(rows: impl Iterator<Item = Row>, effects: &Effects) -> Vec<[(f64, f64); 3]> {
+        marched(rows, effects).force.iter().map(|q| q.map(|q| (q.re, gradient(&q, 1)[0]))).collect()
     }
 
     /// A frame that gives does so along the poke: the same site pressed straight in and then aslant, which no memory tells apart, feels
@@ -309,20 +317,27 @@ mod tests {
         }
     }
 
-    /// Pulled all the time along its direction a band that could go slack relaxes as one that cannot.
+    /// While it is pulled along its direction a band that could go slack relaxes as one that cannot. Let back after a hold it goes slack where that one
+    /// pushes, and pulls again less than at first.
     #[test]
-    fn a_band_that_pulls_relaxes() {
-        let with = |slack: Option<Slack>, relaxed: f64| {
+    fn a_band_that_pulls_relaxes_and_never_pushes() {
+        let depths_mm = [0.0, 2.0, 2.0, 2.0, 2.0, 0.4, 0.2, 0.4, 2.0];
+        let pulls = |slack: Option<Slack>| -> Vec<f64> {
             let mut effects = Effects::neutral(1);
             effects.bands[0].slack = slack;
-            let term = Term { relaxed_fraction: Dual::from(relaxed), time_constant_s: Dual::from(0.1) };
+            let term = Term { relaxed_fraction: Dual::from(0.6), time_constant_s: Dual::from(0.1) };
             effects.bands[0].memory.push(term);
-            forces(poke(-Vec3::z(), 0.1), &effects)[2][2].0
+            let marched = marched(poke_to(-Vec3::z(), 0.1, &depths_mm), &effects);
+            marched.loads.iter().map(|load| load[5].re).collect()
         };
         let taut = Slack { gap_m: Dual::from(0.0), direction: [0.0, 0.0, -1.0] };
-        let (held, pulled) = (with(None, 0.4), with(Some(taut), 0.4));
-        assert!((held - pulled).abs() < 1e-12 * held.abs(), "{held} {pulled}");
-        assert!((pulled - with(Some(taut), 0.1)).abs() > 1e-3 * held.abs());
+        let (held, pulled) = (pulls(None), pulls(Some(taut)));
+        for row in 1..5 {
+            assert!((held[row] - pulled[row]).abs() < 1e-12 * held[1], "{row}: {held:?} {pulled:?}");
+        }
+        assert!(held[4] < 0.8 * held[1] && held[5] < 0.0, "{held:?}");
+        assert!(pulled.iter().all(|pull| *pull >= 0.0) && pulled[5] == 0.0, "{pulled:?}");
+        assert!(pulled[8] > 0.0 && pulled[8] < held[1], "{pulled:?}");
     }
 
     /// A gap of nothing has the derivative that a small one shows.

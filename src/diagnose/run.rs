@@ -25,7 +25,7 @@ use super::parameters::{parameters, springs, stiffness};
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
 use super::rivals::others;
-use super::select::{Ended, MOST, Selection, Tried, Unexplained, finished, select};
+use super::select::{Ended, MOST, Selection, Tried, finished, select};
 use super::undecided::undecided;
 use super::verdict::{EXPLAINS, Judged, ball_centre, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
@@ -132,7 +132,7 @@ impl Run<'_> {
         let before = plain.unwrap_or(Explained { model, fitted: &selection.base });
         let before = Beyond::noise(&left(before.model, before.fitted)?);
         let acting = readings.first().map_or(0, |tried| tried.physics.len());
-        // What no entries come close to no restraint brings close.
+        // What as many effects as may act do not come close to restraint is not expected to bring close.
         let asked =
             if acting == MOST || selection.ended == Some(Ended::Hopeless) { EXPLAINS } else { WORTH_IT };
         let hopeless = match readings.first() {
@@ -177,8 +177,11 @@ impl Run<'_> {
         plain: Option<Explained<'_>>,
         most: usize,
     ) -> Result<(), DiagnoseError> {
+        if selection.ended.is_some() {
+            return Ok(());
+        }
         let Explained { model: of, fitted } = plain.unwrap_or(Explained { model, fitted: &selection.base });
-        let before = Unexplained { beyond: Beyond::noise(&left(of, fitted)?), cost: fitted.cost };
+        let before = Beyond::noise(&left(of, fitted)?);
         let mut tell = |acting, entries| (self.progress)(Progress::Refitting { acting, entries });
         select(model, selection, &before, most, &mut tell).ok_or(DiagnoseError::Singular)
     }
@@ -300,8 +303,8 @@ impl Run<'_> {
     }
 }
 
-/// Share of what is beyond noise that a reading must explain for restraint to be looked for anew; one with as many effects as may act must
-/// explain what a verdict asks for.
+/// Share of what is beyond noise that a reading must explain for restraint to be looked for anew; one with as many effects as may act, or
+/// that no other can help to enough, must explain what a verdict asks for.
 const WORTH_IT: f64 = 0.3;
 
 /// What explains less no finer elements bring close.

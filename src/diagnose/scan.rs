@@ -22,7 +22,7 @@ struct Sums {
     sites: Vec<Site>,
     /// Inverse variance of each force component (1/N²) and marker component (1/m²).
     weight: ([f64; 3], Vec<f64>),
-    /// Signals.
+    /// What acts already, and the residual.
     signals: Signals,
     /// By how much the error of its rest position, which stays, makes a sum over the frames of each marker component weigh less.
     stays: DVector<f64>,
@@ -60,29 +60,18 @@ impl Scan {
         let markers = (0..3 * count).map(|i| model.marker_sd[i % 3].powi(-2)).collect();
         let weight = (model.force_sd.map(|s| s.powi(-2) / model.correlation.force), markers);
         let mut columns = derivatives(&body, &stiffness, fitted.at[0], fittable)?;
-        let all = model.prior_precision(&fitted.acting);
-        let mut prior: Vec<f64> = all.iter().take(columns.len()).copied().collect();
-        let first_share = fitted.at.len() - 2 * body.sites;
-        for share in 0..2 * body.sites {
-            columns.push(maps.share(share % body.sites, share / body.sites));
-            prior.push(all[first_share + share]);
-        }
-        // Patches that are left out have columns of zeros.
-        let frozen = (0..fittable).map(|i| model.frozen(&fitted.acting, i)).chain(std::iter::repeat(false));
-        prior.iter_mut().zip(frozen).filter(|(_, frozen)| *frozen).for_each(|(p, _)| *p = 1.0);
+        let (in_proportion, acting) = (fittable + 2 * body.sites, fitted.acting.knobs.len());
+        columns.extend((0..2 * body.sites).map(|share| maps.share(share % body.sites, share / body.sites)));
         let sums = Sums { sites, weight, signals, stays: stays.1 };
         let vectors: Vec<DVector<f64>> = columns.iter().map(Maps::vector).collect();
         let mut weighed: Vec<_> = columns.iter().map(|column| sums.weighed(column).transpose()).collect();
-        let (in_proportion, acting) = (columns.len(), fitted.acting.knobs.len());
         weighed.extend((0..acting).map(|knob| sums.signal(knob).transpose()));
-        prior.extend(all.iter().skip(fittable).take(acting));
-        // What may not change absorbs nothing.
-        let frozen = (fittable..fittable + acting).map(|i| model.frozen(&fitted.acting, i));
-        prior[in_proportion..]
-            .iter_mut()
-            .zip(frozen)
-            .filter(|(_, f)| *f)
-            .for_each(|(p, _)| *p = f64::MAX.sqrt());
+        // Inverse variance that the parameter of every column is known to have beforehand. What may not change absorbs nothing.
+        let prior = model.prior_precision(&fitted.acting);
+        let parameters =
+            (0..fittable).chain(fittable + acting..fitted.at.len()).chain(fittable..fittable + acting);
+        let of = |i| if model.frozen(&fitted.acting, i) { f64::MAX.sqrt() } else { prior[i] };
+        let prior: Vec<f64> = parameters.map(of).collect();
         let columns = DMatrix::from_rows(&weighed);
         let n = columns.nrows();
         let crossed = &columns * DMatrix::from_columns(&vectors);
@@ -95,7 +84,8 @@ impl Scan {
             product + if i == j { prior[i] } else { 0.0 }
         });
         // Scaled, as moduli, metres and shares differ by orders.
-        let scale = normal.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt().recip());
+        // What changes nothing absorbs nothing.
+        let scale = normal.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
         let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);
         let inverse = (scaled + DMatrix::identity(n, n) * 1e-10).cholesky()?.inverse();
         let covariance = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]);

@@ -133,19 +133,11 @@ impl Selection {
     }
 }
 
-/// What is to be explained: what the baseline leaves beyond noise, and its sum of squares.
-pub(super) struct Unexplained {
-    /// Beyond noise.
-    pub beyond: Beyond,
-    /// Sum of squares.
-    pub cost: f64,
-}
-
-/// Adds effects, one by one, up to `most`, while that can still explain `before`; `None` where the model has no answer.
+/// Adds effects, one by one, up to `most`, while that may still explain what the baseline leaves, `before`; `None` where the model has no answer.
 pub(super) fn select(
     model: &Model<'_>,
     selection: &mut Selection,
-    before: &Unexplained,
+    before: &Beyond,
     most: usize,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Option<()> {
@@ -162,18 +154,21 @@ pub(super) fn select(
         if physics.is_empty() {
             selection.screened.clone_from(&screened);
         }
-        if physics.len() + 1 == MOST {
-            let explained = before.beyond.explained(&Beyond::noise(&Left::of(model, &current)?));
-            let promise = screened.first().map_or(0.0, |best| best.gain);
-            if !may_explain(explained, before.cost - current.cost, promise) {
-                selection.ended = Some(Ended::Hopeless);
-                break;
-            }
-        }
         let share = LEAST_SHARE * (selection.base.cost - current.cost);
         let least = |base: &Fitted, physics: Physics| least(model, base, physics).max(share);
         let Contenders { entries, rivals_from } =
             contenders(&screened, |s| s.gain > promise * least(&selection.base, s.start.physics));
+        if physics.len() + 1 == MOST
+            && let Some(best) = entries.iter().map(|starts| starts[0].gain).max_by(f64::total_cmp)
+        {
+            let left = |fitted: &Fitted| Some(Beyond::noise(&Left::of(model, fitted)?).all());
+            let (plain, here) = (left(&selection.base)?, left(&current)?);
+            let per_square = (plain - here) / (selection.base.cost - current.cost);
+            if !may_explain(before.all(), here, per_square * best) {
+                selection.ended = Some(Ended::Hopeless);
+                break;
+            }
+        }
         progress(physics.len(), entries.len());
         let mut refitted =
             contend(model, &current, &physics, &entries, &|added| least(&selection.base, added), rivals_from);
@@ -214,10 +209,10 @@ pub(super) fn select(
     Some(())
 }
 
-/// Whether what explains this share, lowering the sum of squares by `gain`, may explain enough to be named with another effect that promises
-/// so much more.
-fn may_explain(explained: f64, gain: f64, promise: f64) -> bool {
-    explained * (1.0 + FROM_LOOK * promise / gain.max(f64::MIN_POSITIVE)) >= EXPLAINS
+/// Whether a reading that leaves `here` of all that is beyond noise may explain enough to be named with another effect that promises so much
+/// of it; true where it is not known what that promises.
+fn may_explain(before: f64, here: f64, promise: f64) -> bool {
+    promise.is_nan() || promise <= 0.0 || here - FROM_LOOK * promise <= (1.0 - EXPLAINS) * before
 }
 
 /// A contender brought to rest, with the terms that it needs and without the patches that it does not.
@@ -367,10 +362,11 @@ pub(super) fn reduced(
 mod tests {
     use super::*;
 
-    /// Half explained by 1000: twice what 300 promise makes it 0.8, twice 299 does not; where all is explained nothing more need come.
+    /// Half explained: twice what 151 of 1000 promise makes it 0.8, twice 149 does not. What has explained enough may go on.
     #[test]
     fn what_cannot_explain_enough_is_not_refitted() {
-        assert!(may_explain(0.5, 1000.0, 300.0) && !may_explain(0.5, 1000.0, 299.0));
-        assert!(may_explain(0.95, 1000.0, 0.0) && !may_explain(0.0, 1000.0, 1e6));
+        assert!(may_explain(1000.0, 500.0, 151.0) && !may_explain(1000.0, 500.0, 149.0));
+        assert!(may_explain(1000.0, 50.0, 1.0));
+        assert!(may_explain(1000.0, 500.0, -3.0) && may_explain(1000.0, 500.0, f64::NAN));
     }
 }

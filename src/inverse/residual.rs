@@ -2,7 +2,7 @@
 //! and the noise is as stated.
 //!
 //! Force: the three components of a reading share the noise that the stage's own error makes through the phantom's
-//! stiffness, covariance `Σ_F + B Σ_s Bᵀ`. Markers: the error of a marker's rest position is common to all its
+//! stiffness, covariance `Σ_F + B Σ_s Bᵀ` with `Σ_s` that of the drive. Markers: the error of a marker's rest position is common to all its
 //! readings, covariance `σ² (I + g gᵀ / n)` with `g` the readings' sensitivity to a shift and `n` rest rows. Where the camera sways,
 //! all markers of a site have that in common besides (see `sway`). Where the force's zero wanders it adds `z² g²` to the variance of a reading of
 //! force, `z` its standard deviation (see `wander`).
