@@ -27,23 +27,25 @@ pub(super) struct Seen {
 }
 
 /// Those of one poke, not weighed yet by the errors that last it.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct InPoke {
     frames: f64,
     plain: Seen,
-    /// `Σ s` (m) of every signal.
+    /// `Σ s` (m) of every signal, and `Σ s sᵀ` (m²).
     sums: DVector<f64>,
+    products: DMatrix<f64>,
 }
 
 impl InPoke {
     pub(super) fn new(signals: usize) -> Self {
         let plain = Seen { cross: vec![Vector3::zeros(); signals], ..Seen::default() };
-        Self { frames: 0.0, plain, sums: DVector::zeros(signals) }
+        Self { frames: 0.0, plain, sums: DVector::zeros(signals), products: DMatrix::zeros(signals, signals) }
     }
 
     pub(super) fn add(&mut self, x: &Vector3<f64>, signals: &DVector<f64>) {
         self.frames += 1.0;
         self.sums += signals;
+        self.products.ger(1.0, signals, signals, 1.0);
         self.plain.drive += x * x.transpose();
         self.plain.path += x;
         self.plain.cross.iter_mut().zip(signals).for_each(|(cross, s)| *cross += x * *s);
@@ -53,7 +55,8 @@ impl InPoke {
     /// `(1 + ℓ 1 1ᵀ)⁻¹ = 1 − ℓ/(1 + ℓ n) 1 1ᵀ`.
     pub(super) fn weighed(&self, lasting: f64) -> Seen {
         let Seen { drive, path, cross } = &self.plain;
-        let [scale, less] = self.scale(lasting);
+        let scale = self.scale(lasting);
+        let less = lasting * scale;
         Seen {
             drive: drive - path * path.transpose() * less,
             path: path * scale,
@@ -61,10 +64,15 @@ impl InPoke {
         }
     }
 
-    /// By how much a sum over these frames weighs less, and what share of a product of two such sums is taken off.
-    fn scale(&self, lasting: f64) -> [f64; 2] {
-        let scale = (1.0 + lasting * self.frames).recip();
-        [scale, lasting * scale]
+    /// Scalar products of the signals (m²), and their sums (m), weighed likewise.
+    fn weighed_signals(&self, lasting: f64) -> (DMatrix<f64>, DVector<f64>) {
+        let scale = self.scale(lasting);
+        (&self.products - &self.sums * self.sums.transpose() * (lasting * scale), &self.sums * scale)
+    }
+
+    /// By how much a sum over these frames weighs less.
+    fn scale(&self, lasting: f64) -> f64 {
+        (1.0 + lasting * self.frames).recip()
     }
 }
 
@@ -85,6 +93,21 @@ pub(super) struct Signals {
     pub products: DMatrix<f64>,
 }
 
+impl Signals {
+    /// Of `products` that the errors of rest positions are not taken off yet: `stays` is by how much these make a sum weigh less, `weight` the inverse
+    /// variance (1/m²) of each marker component.
+    fn new(
+        stay: DMatrix<f64>,
+        products: DMatrix<f64>,
+        stays: &DVector<f64>,
+        weight: impl Fn(usize) -> f64,
+    ) -> Self {
+        let weighed =
+            DMatrix::from_fn(stay.nrows(), stay.ncols(), |c, s| stays[c] * weight(c) * stay[(c, s)]);
+        Self { products: products - stay.tr_mul(&weighed), stay }
+    }
+}
+
 /// Sums over the rows that count. `stays` is what the residual adds up to for each marker component over all frames, and by how much such sums weigh
 /// less.
 pub(super) fn sites(
@@ -102,6 +125,7 @@ pub(super) fn sites(
         Site { drive: Matrix3::zeros(), seen, cross: vec![Matrix3::zeros(); count] }
     };
     let lasting = model.lasting();
+    let weight = |c: usize| model.marker_sd[c % 3].powi(-2);
     let mut sites: Vec<Site> = (0..model.body.sites).map(|_| none()).collect();
     let mut stay = DMatrix::zeros(components, count);
     let mut products = DMatrix::zeros(count, count);
@@ -125,7 +149,6 @@ pub(super) fn sites(
         for frame in track.frames.iter().filter(|f| track.counts_at(f.time_s)) {
             let Some(rows) = model.marker_rows(track, frame, marched, share(1)) else { continue };
             let rows = rows.select_columns(&signals);
-            products += rows.tr_mul(&rows);
             let right = track.time_s.partition_point(|t| *t < frame.time_s).min(track.time_s.len() - 1);
             for (n, marker) in frame.markers().enumerate() {
                 for axis in 0..3 {
@@ -135,18 +158,15 @@ pub(super) fn sites(
             }
         }
         for (c, (all, own)) in site.seen.iter_mut().zip(own).enumerate() {
-            let [scale, less] = own.scale(lasting[c % 3]);
-            products -= &own.sums * own.sums.transpose() * (less / model.marker_sd[c % 3].powi(2));
-            let so_far = stay.row(c) + own.sums.transpose() * scale;
+            let (own_products, sums) = own.weighed_signals(lasting[c % 3]);
+            products += own_products * weight(c);
+            let so_far = stay.row(c) + sums.transpose();
             stay.set_row(c, &so_far);
             all.join(&own.weighed(lasting[c % 3]));
         }
     }
     stay.set_column(count - 1, &stays.0);
-    let per_component = |c: usize| stays.1[c] / model.marker_sd[c % 3].powi(2);
-    let weighed = DMatrix::from_fn(components, count, |c, signal| per_component(c) * stay[(c, signal)]);
-    products -= stay.tr_mul(&weighed);
-    (sites, Signals { stay, products })
+    (sites, Signals::new(stay, products, &stays.1, weight))
 }
 
 #[cfg(test)]
@@ -170,5 +190,32 @@ mod tests {
         assert!((weighed.drive - drives.transpose() * precision * drives).amax() < 1e-12);
         assert!((weighed.cross[0] - drives.transpose() * precision * residuals).amax() < 1e-12);
         assert!((weighed.path - drives.transpose() * precision * ones).amax() < 1e-12);
+    }
+
+    /// Two signals that one component of a marker shows in two pokes, with an error that lasts a poke and one of its rest position, a mean over five
+    /// frames: against the inverse of the whole covariance.
+    #[test]
+    fn signals_are_multiplied_as_their_covariance_says() {
+        let (lasting, rest, weight) = (0.4, 5.0, 3.0);
+        let values = DMatrix::from_fn(7, 2, |i, j| ((i * i * 5 + 7 * j + i * j) % 11) as f64 / 5.0 - 1.0);
+        let pokes = [0..4, 4..7];
+        let (mut stay, mut products) = (DMatrix::zeros(1, 2), DMatrix::zeros(2, 2));
+        let mut frames = 0.0;
+        for poke in &pokes {
+            let mut own = InPoke::new(2);
+            poke.clone().for_each(|i| own.add(&Vec3::x(), &values.row(i).transpose()));
+            let (more, sums) = own.weighed_signals(lasting);
+            products += more * weight;
+            stay += sums.transpose();
+            frames += own.frames * own.scale(lasting);
+        }
+        let stays = DVector::from_element(1, 1.0 / (rest + frames));
+        let found = Signals::new(stay, products, &stays, |_| weight).products;
+        let covariance = DMatrix::from_fn(7, 7, |i, j| {
+            let together = pokes.iter().any(|poke| poke.contains(&i) && poke.contains(&j));
+            f64::from(u8::from(i == j)) + lasting * f64::from(u8::from(together)) + 1.0 / rest
+        });
+        let expected = values.tr_mul(&covariance.lu().solve(&values).expect("definite")) * weight;
+        assert!((&found - &expected).amax() < 1e-12, "{found} {expected}");
     }
 }

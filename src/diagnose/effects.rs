@@ -142,3 +142,23 @@ impl Effects {
 fn differs(x: &Dual, from: f64) -> bool {
     x.re != from || x.eps.0.is_some()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A band of 5 N/m whose past takes 2 mN off, with a gap of 0.1 mm: it pulls where its disc is beyond 0.5 mm, and while it does not, it is stretched
+    /// by the 0.4 mm at which it pulls with nothing.
+    #[test]
+    fn a_band_that_has_relaxed_goes_slack_where_it_pulls_with_nothing() {
+        let slack = Slack { gap_m: Dual::from(1e-4), direction: [0.6, 0.0, 0.8] };
+        let along = |size: f64| slack.direction.map(|d| Dual::from(size * d));
+        let own = (Dual::from(5.0), DVector::from_column_slice(&along(-2e-3)));
+        assert!(slack.pulls(&along(0.501e-3), &own) && !slack.pulls(&along(0.499e-3), &own));
+        for (pulls, size) in [(true, 0.2e-3), (false, 0.4e-3)] {
+            let stretched = slack.stretched(&along(0.3e-3), &own, pulls);
+            let off = stretched.iter().zip(along(size)).map(|(s, expected)| (s.re - expected.re).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-15, "{pulls}: {stretched}");
+        }
+    }
+}

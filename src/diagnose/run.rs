@@ -117,11 +117,13 @@ impl Run<'_> {
         Search { look, effects }: Search,
     ) -> Result<Diagnosis, DiagnoseError> {
         let most = LOOKS[look];
-        self.select(model, &mut selection, plain, most)?;
+        let of_plain = plain.map(|plain| left(plain.model, plain.fitted)).transpose()?;
+        let of_plain = of_plain.as_ref().map(Beyond::noise);
+        self.select(model, &mut selection, of_plain.as_ref(), most)?;
         // A memory's creep between pokes was taken for errors of the camera, which hid what else acts.
         if selection.chosen.is_some() && model.measure_rest(&selection.best().clone()) {
             selection = Selection::new(model).ok_or(DiagnoseError::Singular)?;
-            self.select(model, &mut selection, plain, most)?;
+            self.select(model, &mut selection, of_plain.as_ref(), most)?;
         }
         // What explains all was chosen beside a restraint that was found without it.
         let quiet = selection.leaves_nothing(model).ok_or(DiagnoseError::Singular)?;
@@ -129,8 +131,10 @@ impl Run<'_> {
             Some(chosen) => vec![selection.tried[chosen].clone()],
             None => worth_it(model, &selection),
         };
-        let before = plain.unwrap_or(Explained { model, fitted: &selection.base });
-        let before = Beyond::noise(&left(before.model, before.fitted)?);
+        let before = match of_plain {
+            Some(before) => before,
+            None => Beyond::noise(&left(model, &selection.base)?),
+        };
         let acting = readings.first().map_or(0, |tried| tried.physics.len());
         // What as many effects as may act do not come close to restraint is not expected to bring close.
         let asked =
@@ -141,7 +145,7 @@ impl Run<'_> {
         };
         let done = look + 1 == LOOKS.len() || acting == effects;
         if done || hopeless || (quiet && selection.chosen.is_none()) {
-            self.select(model, &mut selection, plain, MOST)?;
+            self.select(model, &mut selection, Some(&before), MOST)?;
             return self.said(model, selection, plain);
         }
         (self.progress)(Progress::Restraint { readings: readings.len() });
@@ -169,21 +173,16 @@ impl Run<'_> {
         }
     }
 
-    /// Adds effects, up to `most`; `plain` as in [`Run::explained`].
+    /// Adds effects, up to `most`; `before` is what the baseline leaves, where that is known already.
     fn select(
         &mut self,
         model: &Model<'_>,
         selection: &mut Selection,
-        plain: Option<Explained<'_>>,
+        before: Option<&Beyond>,
         most: usize,
     ) -> Result<(), DiagnoseError> {
-        if selection.ended.is_some() {
-            return Ok(());
-        }
-        let Explained { model: of, fitted } = plain.unwrap_or(Explained { model, fitted: &selection.base });
-        let before = Beyond::noise(&left(of, fitted)?);
         let mut tell = |acting, entries| (self.progress)(Progress::Refitting { acting, entries });
-        select(model, selection, &before, most, &mut tell).ok_or(DiagnoseError::Singular)
+        select(model, selection, before, most, &mut tell).ok_or(DiagnoseError::Singular)
     }
 
     /// The verdict on what is chosen, after a last look at its law, its gains and its ball. `before` is what the baseline leaves, `plain` its

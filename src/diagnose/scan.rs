@@ -83,8 +83,7 @@ impl Scan {
             };
             product + if i == j { prior[i] } else { 0.0 }
         });
-        // Scaled, as moduli, metres and shares differ by orders.
-        // What changes nothing absorbs nothing.
+        // Scaled, as moduli, metres and shares differ by orders. What changes nothing absorbs nothing.
         let scale = normal.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
         let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);
         let inverse = (scaled + DMatrix::identity(n, n) * 1e-10).cholesky()?.inverse();

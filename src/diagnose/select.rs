@@ -133,11 +133,12 @@ impl Selection {
     }
 }
 
-/// Adds effects, one by one, up to `most`, while that may still explain what the baseline leaves, `before`; `None` where the model has no answer.
+/// Adds effects, one by one, up to `most`, while that may still explain what the baseline leaves: `before`, where that is known already.
+/// `None` where the model has no answer.
 pub(super) fn select(
     model: &Model<'_>,
     selection: &mut Selection,
-    before: &Beyond,
+    before: Option<&Beyond>,
     most: usize,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Option<()> {
@@ -164,7 +165,7 @@ pub(super) fn select(
             let left = |fitted: &Fitted| Some(Beyond::noise(&Left::of(model, fitted)?).all());
             let (plain, here) = (left(&selection.base)?, left(&current)?);
             let per_square = (plain - here) / (selection.base.cost - current.cost);
-            if !may_explain(before.all(), here, per_square * best) {
+            if !may_explain(before.map_or(plain, Beyond::all), here, per_square * best) {
                 selection.ended = Some(Ended::Hopeless);
                 break;
             }
