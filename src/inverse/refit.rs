@@ -178,10 +178,17 @@ pub(super) fn where_answered<T>(tried: Result<T, InverseError>) -> Result<Option
     }
 }
 
-/// Minimises the whitened sum of squares from `start`. Ending where as much is still promised as a patch must bring is an
-/// error, not a result, unless the problem allows it.
+/// Minimises the whitened sum of squares from `start`.
+///
+/// # Errors
+/// As [`converged`].
 pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, InverseError> {
-    let Descent { at, .. } = descend(problem, start, GOOD_ENOUGH)?;
+    converged(problem, descend(problem, start, GOOD_ENOUGH)?.at)
+}
+
+/// What a descent has come to. Ending where as much is still promised as a patch must bring is an error, not a result, unless the
+/// problem allows it.
+pub(super) fn converged(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
     match problem.unrested || at.unrest < MOST_PROMISED * unit(&at) {
         true => Ok(at),
         false => Err(InverseError::NotConverged { promised: at.unrest, misfit: at.chi2() }),

@@ -10,7 +10,9 @@ use super::candidates::{Candidate, best_candidate};
 use super::error::InverseError;
 use super::limit::{Finer, UNRESTED_ROUNDS};
 use super::problem::{Linearised, Parameter, Problem, State};
-use super::refit::{Descent, GOOD_ENOUGH, descend, descend_below, refit, settled, unit, where_answered};
+use super::refit::{
+    Descent, GOOD_ENOUGH, converged, descend, descend_below, refit, settled, unit, where_answered,
+};
 use super::restraint::{Mounted, Restraint};
 use crate::fem::disc_self_compliance;
 use crate::geometry::Vec3;
@@ -63,10 +65,14 @@ pub fn search(
             break;
         }
         looking.problem.whitening = looking.problem.whitening.near(&at.prediction);
-        let Descent { at: renewed, gained, .. } = descend(looking.problem, &at.state, GOOD_ENOUGH)?;
-        let (found, changes) = looking.settled(renewed)?;
-        at = refit(looking.problem, &found.state)?;
-        if changes == 0 && settled(&at, gained) {
+        let Descent { at: renewed, gained } = descend(looking.problem, &at.state, GOOD_ENOUGH)?;
+        let resettled = settled(&renewed, gained);
+        let (found, changes) = looking.settled(renewed, resettled)?;
+        at = match changes {
+            0 => converged(looking.problem, found)?,
+            _ => refit(looking.problem, &found.state)?,
+        };
+        if changes == 0 && resettled {
             return Ok(at);
         }
     }
@@ -153,12 +159,16 @@ impl<'s, 'p> Looking<'s, 'p> {
         Ok(())
     }
 
-    /// Adds and takes out patches until nothing changes any more; with the number of changes.
-    fn settled(&mut self, at: Linearised) -> Result<(Linearised, usize), InverseError> {
+    /// Adds and takes out patches until nothing changes any more; with the number of changes. `as_before`: nothing has moved since
+    /// this was last asked.
+    fn settled(&mut self, at: Linearised, as_before: bool) -> Result<(Linearised, usize), InverseError> {
         let before = at.state.patches.len();
         let mut at = pruned(self.problem, at)?;
         let mut changes = before - at.state.patches.len();
         self.nothing_missed &= changes == 0;
+        if self.nothing_missed && as_before {
+            return Ok((at, changes));
+        }
         for _ in 0..ROUNDS {
             let wrong = unit(&at) > WRONG;
             let mends_the_model = self.finer.is_some() && wrong;
@@ -196,7 +206,7 @@ impl<'s, 'p> Looking<'s, 'p> {
             let mut state = at.state.clone();
             state.patches.remove(p);
             let lowest = best.as_ref().map_or(at.chi2() - enough, Linearised::chi2);
-            let less = where_answered(descend(self.problem, &state, ROUGH))?;
+            let less = where_answered(descend_below(self.problem, &state, ROUGH, lowest))?;
             let better = |less: &Linearised| less.chi2() < lowest && apart(self.problem, &less.state.patches);
             best = less.map(|descent| descent.at).filter(better).or(best);
         }
