@@ -114,7 +114,8 @@ pub struct Evidence {
     pub explained: f64,
     /// Fall of the sum of squares, over what an effect must lower it by to be believed: of the effect that earns least.
     pub gain: f64,
-    /// What the best other reading lacks of that fall, as a share.
+    /// What the best other reading lacks of that fall, as a share; or, where that is more, of how much better pokes are predicted that a fit has
+    /// not seen.
     pub margin: f64,
     /// What it leaves beyond noise in the plainest channel (standard deviations).
     pub left: f64,

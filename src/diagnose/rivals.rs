@@ -2,10 +2,13 @@
 
 use super::in_step::blamed;
 use super::physics::Physics;
-use super::select::{Selection, Tried};
+use super::refit::{End, Fitted};
+use super::select::{LEAST_GAIN, Selection, Tried};
 
 /// A reading that does without some of what another would blame.
 pub(super) struct Rival {
+    /// Its index among all readings tried.
+    pub reading: usize,
     /// Its effects that may be blamed.
     pub blamed: Vec<Physics>,
     /// By how much less it lowers the sum of squares.
@@ -14,20 +17,32 @@ pub(super) struct Rival {
     ///
     /// Why: beside an effect that explains nearly everything, all that may come with it lack little of the whole.
     pub own: f64,
+    /// The same share of how much better the other predicts pokes that its fit has not seen; none where it hardly does, or the rival
+    /// has not come to rest.
+    ///
+    /// Why: knobs enough follow every poke that they are fitted to. What stands in for something else then fails at the next.
+    pub mispredicts: Option<f64>,
 }
 
 impl Rival {
-    /// The share of the other's own gain that it lacks.
+    /// The share of the other's own gain that it lacks, of what both were fitted to or of what they were not.
     pub(super) fn margin(&self) -> f64 {
-        self.lacks / self.own
+        (self.lacks / self.own).max(self.mispredicts.unwrap_or(0.0))
     }
 }
 
-/// Rivals of the chosen reading, the closest first; `base` of a reading's values come before its knobs'.
+/// Rivals of the chosen reading, the closest first; `base` of a reading's values come before its knobs'. `held_out` is the sum of squares of pokes
+/// predicted by fits to the others.
 ///
 /// Beside a lag that is not blamed all readings may have the other effects in common. What stands in for those is then told from the reading
 /// without the lag.
-pub(super) fn rivals(selection: &Selection, plain: f64, chosen: &Tried, base: usize) -> Vec<Rival> {
+pub(super) fn rivals(
+    selection: &Selection,
+    plain: f64,
+    chosen: &Tried,
+    base: usize,
+    held_out: impl Fn(&Fitted) -> Option<f64>,
+) -> Vec<Rival> {
     let named = blamed(chosen, base);
     let with_these = |t: &&Tried| t.physics.len() == named.len() && contains(&t.physics, &named);
     let without_lag = (named.len() < chosen.physics.len())
@@ -38,12 +53,14 @@ pub(super) fn rivals(selection: &Selection, plain: f64, chosen: &Tried, base: us
         .flatten();
     let mut rivals = Vec::new();
     for against in std::iter::once(chosen).chain(without_lag) {
-        for reading in others(selection, against) {
+        for index in others(selection, against) {
+            let reading = &selection.tried[index];
             let blamed = blamed(reading, base);
             if !blamed.is_empty() && !contains(&blamed, &named) {
                 let lacks = reading.fitted.cost - against.fitted.cost;
                 let own = without(selection, plain, against, |p| reading.physics.contains(p));
-                rivals.push(Rival { blamed, lacks, own });
+                let mispredicts = mispredicts(selection, against, reading, &held_out);
+                rivals.push(Rival { reading: index, blamed, lacks, own, mispredicts });
             }
         }
     }
@@ -51,15 +68,29 @@ pub(super) fn rivals(selection: &Selection, plain: f64, chosen: &Tried, base: us
     rivals
 }
 
-/// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first.
-pub(super) fn others<'a>(selection: &'a Selection, chosen: &Tried) -> Vec<&'a Tried> {
-    let mut others: Vec<&Tried> = selection
-        .tried
-        .iter()
-        .filter(|t| t.physics.len() == chosen.physics.len())
-        .filter(|t| !contains(&t.physics, &chosen.physics))
-        .collect();
-    others.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+/// As [`Rival::mispredicts`].
+fn mispredicts(
+    selection: &Selection,
+    chosen: &Tried,
+    rival: &Tried,
+    held_out: impl Fn(&Fitted) -> Option<f64>,
+) -> Option<f64> {
+    if rival.fitted.end == End::GivenUp {
+        return None;
+    }
+    let common = with_only(selection, chosen, |p| rival.physics.contains(p));
+    let common = common.min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap_or(&selection.base);
+    let [common, chosen, rival] = [common, &chosen.fitted, &rival.fitted].map(held_out);
+    let own = common? - chosen?;
+    (own >= LEAST_GAIN).then_some((rival? - chosen?) / own)
+}
+
+/// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first: their indices.
+pub(super) fn others(selection: &Selection, chosen: &Tried) -> Vec<usize> {
+    let other = |t: &Tried| t.physics.len() == chosen.physics.len() && !contains(&t.physics, &chosen.physics);
+    let mut others: Vec<usize> = (0..selection.tried.len()).filter(|&i| other(&selection.tried[i])).collect();
+    let cost = |i: usize| selection.tried[i].fitted.cost;
+    others.sort_by(|&a, &b| cost(a).total_cmp(&cost(b)));
     others
 }
 
@@ -77,10 +108,19 @@ pub(super) fn without(
     chosen: &Tried,
     stays: impl Fn(&Physics) -> bool,
 ) -> f64 {
-    let kept: Vec<&Physics> = chosen.physics.iter().filter(|p| stays(p)).collect();
-    let same = |t: &&Tried| t.physics.len() == kept.len() && kept.iter().all(|p| t.physics.contains(p));
-    let costs = selection.tried.iter().filter(same).map(|t| t.fitted.cost);
+    let costs = with_only(selection, chosen, stays).map(|fitted| fitted.cost);
     costs.fold(plain.min(selection.base.cost), f64::min) - chosen.fitted.cost
+}
+
+/// Readings of some effects of the chosen one and no others.
+fn with_only<'s>(
+    selection: &'s Selection,
+    chosen: &Tried,
+    stays: impl Fn(&Physics) -> bool,
+) -> impl Iterator<Item = &'s Fitted> {
+    let kept: Vec<Physics> = chosen.physics.iter().copied().filter(|p| stays(p)).collect();
+    let same = move |t: &&Tried| t.physics.len() == kept.len() && kept.iter().all(|p| t.physics.contains(p));
+    selection.tried.iter().filter(same).map(|t| &t.fitted)
 }
 
 #[cfg(test)]
@@ -121,15 +161,37 @@ pub(super) mod tests {
     #[test]
     fn a_rival_is_measured_by_what_it_lacks() {
         let mut selection = selection();
-        let found = rivals(&selection, 1000.0, &selection.tried[0], 0);
+        let found = rivals(&selection, 1000.0, &selection.tried[0], 0, |_| None);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].blamed, [Physics::Drying, Physics::SlackBand]);
         assert_eq!((found[0].lacks, found[0].own, found[0].margin()), (10.0, 200.0, 0.05));
         // Nothing in common: all that it explains, of the better baseline.
         selection.chosen = Some(1);
-        let found = rivals(&selection, 950.0, &selection.tried[1], 0);
+        let found = rivals(&selection, 950.0, &selection.tried[1], 0, |_| None);
         let measured: Vec<(f64, f64)> = found.iter().map(|r| (r.lacks, r.own)).collect();
         assert_eq!(measured, [(10.0, 650.0), (600.0, 650.0)]);
+    }
+
+    /// What fails at pokes that it has not seen is told from what does not, though it follows what it was fitted to; not before it has come to
+    /// rest, and not where the chosen one hardly predicts better itself than what both have in common.
+    #[test]
+    fn a_rival_must_predict_as_well() {
+        let mut selection = selection();
+        // Drying and a lag; drying alone; drying and slack.
+        let found = |selection: &Selection, predicted: [f64; 3]| {
+            let held_out = |fitted: &Fitted| {
+                let costs = [100.0, 300.0, 110.0];
+                costs.iter().position(|cost| *cost == fitted.cost).map(|i| predicted[i])
+            };
+            let found = rivals(selection, 1000.0, &selection.tried[0], 0, held_out);
+            (found[0].reading, found[0].mispredicts, found[0].margin())
+        };
+        assert_eq!(found(&selection, [5000.0, 5200.0, 5180.0]), (4, Some(0.9), 0.9));
+        // What it was fitted to tells them apart as well.
+        assert_eq!(found(&selection, [5000.0, 5200.0, 5002.0]), (4, Some(0.01), 0.05));
+        assert_eq!(found(&selection, [5000.0, 5050.0, 5049.0]), (4, None, 0.05));
+        selection.tried[4].fitted.end = End::GivenUp;
+        assert_eq!(found(&selection, [5000.0, 5200.0, 5180.0]), (4, None, 0.05));
     }
 
     /// Beside a lag that is not blamed, what stands in for the lag is no rival; what stands in for the effect that is blamed is one, though no
@@ -137,7 +199,7 @@ pub(super) mod tests {
     #[test]
     fn a_lag_that_is_not_blamed_hides_no_rival() {
         let selection = with_a_lag_in_step();
-        let found = rivals(&selection, 1000.0, &selection.tried[0], 1);
+        let found = rivals(&selection, 1000.0, &selection.tried[0], 1, |_| None);
         let names: Vec<&[Physics]> = found.iter().map(|rival| &*rival.blamed).collect();
         assert_eq!(names, [&[Physics::SlackBand][..], &[Physics::CameraLag]]);
         assert_eq!((found[0].lacks, found[0].own), (10.0, 700.0));
@@ -152,10 +214,10 @@ pub(super) mod tests {
             fitted.at = DVector::from_vec(vec![9e-4; 2]);
             fitted.acting.knobs = knobs;
         }
-        let of_drying = rivals(&selection, 1000.0, &selection.tried[1], 0);
+        let of_drying = rivals(&selection, 1000.0, &selection.tried[1], 0, |_| None);
         assert_eq!(of_drying.len(), 1);
         assert_eq!(of_drying[0].blamed, [Physics::SlackBand]);
-        let of_two = rivals(&selection, 1000.0, &selection.tried[4], 0);
+        let of_two = rivals(&selection, 1000.0, &selection.tried[4], 0, |_| None);
         assert_eq!((of_two.len(), &*of_two[0].blamed), (1, &[Physics::Drying][..]));
     }
 
@@ -168,6 +230,6 @@ pub(super) mod tests {
             tried(&[Physics::StrainStiffening], 90.0),
             tried(&[Physics::Drying], 800.0),
         ];
-        assert_eq!(rivals(&selection, 1000.0, &selection.tried[0], 0).len(), 1);
+        assert_eq!(rivals(&selection, 1000.0, &selection.tried[0], 0, |_| None).len(), 1);
     }
 }

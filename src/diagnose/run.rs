@@ -210,9 +210,18 @@ impl Run<'_> {
                 }
             }
         }
+        let after = left(model, selection.best())?;
+        let judge =
+            |selection: &Selection| judge(model, selection, plain, before, &after, self.settings.false_alarm);
+        let mut judged = judge(selection);
+        // What a doubt rests on must have come to rest.
+        while let Some(rival) = judged.given_up {
+            let fitted = selection.tried[rival].fitted.clone();
+            selection.tried[rival].fitted =
+                descend_from(model, fitted, Effort { at_rest: CLOSE_ENOUGH, ..IN_FULL });
+            judged = judge(selection);
+        }
         let chosen = selection.best();
-        let after = left(model, chosen)?;
-        let mut judged = judge(model, selection, plain, before, &after, self.settings.false_alarm);
         judged.doubt_stiffening(model, chosen);
         judged.doubt_ball(&ball_centre(model, chosen));
         if !judged.verdict.blamed().is_empty() {
@@ -362,7 +371,7 @@ fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Se
     let closest = || selection.tried.iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
     let best = selection.chosen.map(|i| &selection.tried[i]).or_else(closest)?;
     let mut rivals: Vec<Standing<'_>> = Vec::new();
-    for rival in others(selection, best) {
+    for rival in others(selection, best).into_iter().map(|i| &selection.tried[i]) {
         if rivals.len() < RIVALS && rivals.iter().all(|(physics, _)| *physics != rival.physics) {
             rivals.push((&rival.physics, &rival.fitted));
         }

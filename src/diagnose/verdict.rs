@@ -30,6 +30,8 @@ pub(super) struct Judged {
     pub remarks: Vec<String>,
     /// Index of the reading with what may act besides what is blamed, and is doubted.
     pub whole: Option<usize>,
+    /// Index of the reading from which the one that comes closest is hardly told, where that was given up before it came to rest.
+    pub given_up: Option<usize>,
 }
 
 /// Readings whose sums of squares differ by less than this, or by this share of the gain, are not told apart.
@@ -85,6 +87,7 @@ pub(super) fn judge(
         ambiguous_with: Vec::new(),
         evidence: None,
     };
+    let mut given_up = None;
     let mut remarks = model.remarks();
     if model.lab().is_some() && !selection.body_was_looked_at() {
         remarks.push(
@@ -92,7 +95,8 @@ pub(super) fn judge(
         );
     }
     if let Some(chosen) = chosen {
-        let rivals = rivals(selection, plain, chosen, model.base());
+        let held_out = |fitted: &Fitted| Some(fitted.held_out(model)?.iter().sum());
+        let rivals = rivals(selection, plain, chosen, model.base(), held_out);
         let earned = |p: &Physics| {
             without(selection, plain, chosen, |other| other != p) / least(model, &selection.base, *p)
         };
@@ -116,6 +120,8 @@ pub(super) fn judge(
             verdict.unexplained = true;
             verdict.confidence = unlisted(&before_noise);
             let closest = rivals.first().filter(|_| evidence.margin < HARDLY_TOLD);
+            let decides = closest.filter(|_| evidence.explained >= EXPLAINS).map(|rival| rival.reading);
+            given_up = decides.filter(|&rival| selection.tried[rival].fitted.end == End::GivenUp);
             let but = match closest {
                 _ if evidence.explained < EXPLAINS => {
                     format!("leaves {:.0} % of what is beyond noise", 100.0 * (1.0 - evidence.explained))
@@ -167,7 +173,7 @@ pub(super) fn judge(
         remarks.push("the fit had not come to rest after its last step; its values may be off".to_owned());
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
-    Judged { detected, p_value, verdict, properties, remarks, whole: None }
+    Judged { detected, p_value, verdict, properties, remarks, whole: None, given_up }
 }
 
 /// Whether a reading may be named.
@@ -395,7 +401,15 @@ mod tests {
             evidence: None,
         };
         let (properties, remarks) = (Vec::new(), Vec::new());
-        let mut alone = Judged { detected: true, p_value: 0.0, verdict, properties, remarks, whole: None };
+        let mut alone = Judged {
+            detected: true,
+            p_value: 0.0,
+            verdict,
+            properties,
+            remarks,
+            whole: None,
+            given_up: None,
+        };
         assert!(!alone.doubted());
         alone.part_of(&selection, 0, 0);
         assert!(alone.remarks[0].contains("besides, camera-lag may act"), "{:?}", alone.remarks);
@@ -449,8 +463,15 @@ mod tests {
                 evidence: None,
             };
             let (properties, remarks) = (Vec::new(), Vec::new());
-            let mut judged =
-                Judged { detected: true, p_value: 0.0, verdict, properties, remarks, whole: None };
+            let mut judged = Judged {
+                detected: true,
+                p_value: 0.0,
+                verdict,
+                properties,
+                remarks,
+                whole: None,
+                given_up: None,
+            };
             judged.doubt_ball(&[(0.05, [0.0, 0.1]), (z, [0.0, 0.025])]);
             (judged.verdict.confidence, judged.remarks.len())
         };
