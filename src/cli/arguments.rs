@@ -92,7 +92,7 @@ pub(super) struct SessionArguments {
 #[command(after_help = "Examples:
   phantom-rig calibrate import exports/monday --out calibration/monday
   phantom-rig calibrate tensile calibration/raw/batch-7 --strain 0,0.3 --specimen 'gel, batch 7' --out calibration/gel-7
-  phantom-rig calibrate set --name 'bench 2' --force calibration/force/force.toml --out calibration/bench-2.toml
+  phantom-rig calibrate set --name 'bench 2' --force calibration/force/force.toml --until 2027-10-01 --out calibration/bench-2.toml
   phantom-rig calibrate stage --help")]
 pub(super) struct CalibrateArguments {
     #[command(subcommand)]

@@ -3,6 +3,8 @@
 //! The bench is a command in a process of its own: `COMMAND --pokes CSV --out BUNDLE` makes all pokes of the table after those
 //! of the recording and writes the whole session. The diagnosis sees nothing but the bundle.
 
+use super::bench_command::BenchCommand;
+use super::interrupt::Interrupts;
 use super::{Kind, StagedFolder, UsageError};
 use crate::dataset::read_bundle;
 use crate::diagnose::{Diagnosis, MOST_SURE, Verdict};
@@ -14,7 +16,6 @@ use clap::Args;
 use serde::Serialize;
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 
 /// How a diagnosis goes on.
 #[derive(Debug, Args)]
@@ -119,6 +120,9 @@ impl ContinueArguments {
         let Some(command) = &self.command else { return Ok(None) };
         let session = session_folder(destination);
         let first = recording.clone();
+        let bench = BenchCommand::default();
+        let (theirs, place) = (bench.clone(), session.clone());
+        let _interrupts = Interrupts::to(move || theirs.interrupted(&place));
         let ask = |planned: &[PlannedPoke]| {
             if let [_] = planned {
                 StagedFolder::new(&session, Kind::Scratch, true)?.finish()?;
@@ -127,7 +131,9 @@ impl ContinueArguments {
             let table = session.join("pokes.csv");
             write_pokes(&table, planned, &first)?;
             let bundle = session.join(format!("{:02}", planned.len()));
-            run(command, &table, &bundle)?;
+            let ran = bench.run(command, &table, &bundle);
+            bench.end_if_asked(&session);
+            ran?;
             Ok(read_bundle(&bundle)?.0)
         };
         let continued = self.rounds(recording, diagnosis, ask, diagnose);
@@ -243,23 +249,6 @@ fn session_folder(destination: &Path) -> PathBuf {
     let mut name = destination.components().as_path().as_os_str().to_owned();
     name.push("-session");
     PathBuf::from(name)
-}
-
-/// Has the bench make the pokes of a table.
-fn run(command: &str, pokes: &Path, bundle: &Path) -> anyhow::Result<()> {
-    let output = Command::new("sh")
-        .args(["-c", &format!("{command} \"$@\""), "sh", "--pokes"])
-        .arg(pokes)
-        .arg("--out")
-        .arg(bundle)
-        .stdin(Stdio::null())
-        .output()
-        .context("can't start the bench's command")?;
-    if !output.status.success() {
-        let told = String::from_utf8_lossy(&output.stderr);
-        bail!("the bench's command ended with {}: {}", output.status, told.trim());
-    }
-    Ok(())
 }
 
 /// Refuses a recording that is not the one before with this poke more.
@@ -431,14 +420,6 @@ mod tests {
             assert!(refused.failed() && refused.steps.len() == 1);
             assert!(refused.to_string().contains(words), "{refused}");
         }
-    }
-
-    #[test]
-    fn what_the_bench_says_when_it_fails_is_told() {
-        let error = run("echo jammed >&2; exit 4;", Path::new("p"), Path::new("b")).expect_err("it fails");
-        assert!(error.to_string().contains("jammed"), "{error}");
-        let words = r#"sh -c 'test "$0 $1 $2 $3" = "--pokes p --out b"'"#;
-        run(words, Path::new("p"), Path::new("b")).expect("four words");
     }
 
     #[test]

@@ -116,24 +116,32 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
     conclude(&proof, seed, &world.later(later_s), &bundle)?;
 
     tell("The recording is fitted as if nothing were concealed.");
-    child(context, &["fit".as_ref(), bundle.as_os_str(), "--out".as_ref(), out.join("fit").as_os_str()])?;
+    let fit = out.join("fit");
+    if !child(context, &["fit".as_ref(), bundle.as_os_str(), "--out".as_ref(), fit.as_os_str()])? {
+        tell("What is concealed leaves a plain fit no answer.");
+    }
     tell("It is diagnosed; then the sealed answer is opened.");
-    child(context, &["prove".as_ref(), out.as_os_str(), "--pages".as_ref()])?;
+    let prove = ["prove".as_ref(), out.as_os_str(), "--pages".as_ref()];
+    if !child(context, &prove)? {
+        bail!("the recording could not be diagnosed: see above");
+    }
     let page = proof.page(&draw_name(1));
+    let fit = fit.is_dir().then_some(fit);
+    let places = [
+        ("Session", Some(session.clone())),
+        ("Fit", fit.as_ref().map(|fit| fit.join("fit.html"))),
+        ("Diagnosis", Some(page.clone())),
+    ];
+    let told = places.into_iter().filter_map(|(name, place)| Some(format!("{name}: {}", place?.display())));
     Ok(Outcome {
         exit: Exit::Good,
-        text: format!(
-            "Session: {}\nFit: {}\nDiagnosis: {}",
-            session.display(),
-            out.join("fit/fit.html").display(),
-            page.display()
-        ),
+        text: told.collect::<Vec<_>>().join("\n"),
         json: json!({
             "format": "phantom-demo/1",
             "seed": seed,
             "session": session,
             "recording": bundle,
-            "fit": out.join("fit"),
+            "fit": fit,
             "diagnosis": page,
             "force_records": recorded.stop.force_records,
             "lost": recorded.ran.losses.lost,
@@ -204,8 +212,8 @@ fn conclude(proof: &ProofFolder, seed: u64, world: &World, bundle: &Path) -> any
     seal_answer(proof, &seal, &draw_name(1), world, &more, &mut hashes)
 }
 
-/// Another command of this program, whose output is shown; a model that does not explain the recording is no failure here.
-fn child(context: &Context, arguments: &[&std::ffi::OsStr]) -> anyhow::Result<()> {
+/// Another command of this program, whose output is shown: whether it had an answer. A model that does not explain the recording is one.
+fn child(context: &Context, arguments: &[&std::ffi::OsStr]) -> anyhow::Result<bool> {
     let program = std::env::current_exe().context("can't find this program")?;
     let mut command = Command::new(program);
     command.args(arguments);
@@ -214,7 +222,8 @@ fn child(context: &Context, arguments: &[&std::ffi::OsStr]) -> anyhow::Result<()
     }
     let status = command.status().context("can't start this program again")?;
     match status.code() {
-        Some(0 | 3) => Ok(()),
+        Some(0 | 3) => Ok(true),
+        Some(1) => Ok(false),
         _ => bail!("phantom-rig {} ended with {status}", arguments[0].to_string_lossy()),
     }
 }

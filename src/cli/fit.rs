@@ -8,7 +8,7 @@ use crate::fem::Order;
 use crate::inverse::published::{Variant, fit_recording};
 use crate::inverse::{Driven, Fit, Progress, Settings, fit};
 use crate::observation::Recording;
-use crate::report::{finding, to_json, trust, write_fit};
+use crate::report::{Verdict, finding, to_json, trust, verdict, write_fit};
 use anyhow::Context as _;
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -141,14 +141,14 @@ pub(super) fn run(arguments: &FitArguments, context: &Context) -> anyhow::Result
     drop(spinner);
 
     let page = destination.join("fit.html");
-    let explained = fitted.residual.chi2_per_dof <= fitted.residual.chi2_per_dof_limit;
+    let good = matches!(verdict(&fitted), Verdict::Explained | Verdict::NoiseOverstated(_));
     let mut text = format!("{}\n{}\n", finding(&fitted), trust(&fitted));
     for remark in &fitted.remarks {
         text.push_str(&format!("- {remark}\n"));
     }
     text.push_str(&format!("Page: {}", page.display()));
     Ok(Outcome {
-        exit: if explained { Exit::Good } else { Exit::Degraded },
+        exit: if good { Exit::Good } else { Exit::Degraded },
         text,
         json: to_json(&fitted, &made_with)?,
     })

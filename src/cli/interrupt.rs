@@ -18,13 +18,18 @@ pub(super) fn listen() -> Result<(), ctrlc::Error> {
         if let Some(hook) = HOOK.lock().unwrap_or_else(PoisonError::into_inner).as_ref() {
             return hook();
         }
-        remove_staged();
-        // On a terminal the line has a bar and the ^C on it. Nobody is left to be told when standard error is closed.
-        let mut to = std::io::stderr().lock();
-        let line = if to.is_terminal() { "\n" } else { "" };
-        let _ = writeln!(to, "{line}interrupted: what was not finished is not kept");
-        std::process::exit(INTERRUPTED);
+        end("")
     })
+}
+
+/// Ends the program as an interruption does, saying this `besides`.
+pub(super) fn end(besides: &str) -> ! {
+    remove_staged();
+    // On a terminal the line has a bar and the ^C on it. Nobody is left to be told when standard error is closed.
+    let mut to = std::io::stderr().lock();
+    let line = if to.is_terminal() { "\n" } else { "" };
+    let _ = writeln!(to, "{line}interrupted: what was not finished is not kept{besides}");
+    std::process::exit(INTERRUPTED);
 }
 
 /// While it lives, an interruption calls what it was made with, and the program goes on to the end that this leads to.

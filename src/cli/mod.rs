@@ -19,6 +19,7 @@
 
 mod arguments;
 mod bench;
+mod bench_command;
 mod block_mesh;
 mod calibrate;
 mod check;

@@ -70,6 +70,10 @@ fn print(cli: &Cli, outcome: &Outcome) -> anyhow::Result<Exit> {
     let text = if cli.json {
         serde_json::to_string_pretty(&outcome.json)?
     } else if cli.quiet {
+        // What failed is told all the same. Nobody is left to be told when standard error is closed.
+        if outcome.exit == Exit::Failed {
+            let _ = writeln!(io::stderr().lock(), "{}", outcome.text);
+        }
         return Ok(outcome.exit);
     } else {
         outcome.text.clone()

@@ -4,7 +4,7 @@ use super::look::{late, missing, seen};
 use super::recorded_run::MESH;
 use super::session::{SessionPath, holds_anything, rescued};
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
-use crate::dataset::{read_mesh, read_seen_sessions, write_bundle};
+use crate::dataset::{read_bundle, read_mesh, read_seen_sessions, write_bundle};
 use crate::session::{Info, Session};
 use crate::units::counted;
 use anyhow::{Context as _, anyhow, bail};
@@ -119,6 +119,11 @@ fn bundle(
     })?;
     let staged = StagedFolder::new(folder, Kind::Recording, arguments.force)?;
     write_bundle(&from.recording, staged.path()).context("the bundle")?;
+    // A mesh of another phantom shows first where a fit reads the bundle.
+    if let Err(error) = read_bundle(staged.path()) {
+        let (here, there) = (staged.path().display().to_string(), folder.display().to_string());
+        bail!("this makes no recording that can be read: {}", format!("{error:#}").replace(&here, &there));
+    }
     if let Some(document) = &first.start().calibration {
         let kept = staged.path().join(CALIBRATION);
         std::fs::write(&kept, &document.set.text)

@@ -94,7 +94,16 @@ impl fmt::Display for Suspicion {
                 write!(
                     f,
                     "the {channel}'s noise at rest is {x:.2}, {y:.2}, {z:.2} times the stated one along x, y, z"
-                )
+                )?;
+                let perhaps = match *channel {
+                    "force" => "mN",
+                    "torque" => "mN·m",
+                    _ => "mm",
+                };
+                match [x, y, z].iter().all(|ratio| A_THOUSAND.contains(ratio)) {
+                    true => write!(f, ": is it in {perhaps}?"),
+                    false => Ok(()),
+                }
             }
             Self::ForceSign { poke, along_n, standard_error_n } => write!(
                 f,
@@ -114,6 +123,9 @@ impl fmt::Display for Suspicion {
         }
     }
 }
+
+/// Noise at rest of these multiples of the stated one is as if it were written down in thousandths.
+const A_THOUSAND: RangeInclusive<f64> = 500.0..=2000.0;
 
 /// Noise at rest between these multiples of the stated one is believed.
 const NOISE_RATIOS: RangeInclusive<f64> = 0.5..=2.0;

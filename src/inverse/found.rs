@@ -120,10 +120,11 @@ fn completed<'a>(
     let at = problem.linearise(&found.state)?;
     if let Some(more) = with_missed(problem, finest, &at, radius_m, places)? {
         match settle(problem, Some(finest), more) {
-            Err(InverseError::NotSettled { .. }) => {
+            Ok(settled) if settled.unsettled == 0.0 => return Ok(Some(settled)),
+            Ok(_) | Err(InverseError::NotSettled { .. }) => {
                 where_answered(problem.correct(finest, &found.state.patches))?;
             }
-            settled => return settled.map(Some),
+            Err(error) => return Err(error),
         }
     }
     problem.whitening = weights;

@@ -92,13 +92,13 @@ pub(super) const UNRESTED_ROUNDS: usize = 5;
 const ESTIMATES: usize = 4;
 
 /// Fits and corrects in turns, estimates what the elements get wrong from what is left, and takes out what is not
-/// significant then, until nothing changes.
+/// significant then, until nothing changes; or, where the model is wrong, through all rounds.
 pub(super) fn settle(
     problem: &mut Problem<'_>,
     finer: Option<&Finer>,
     mut at: Linearised,
 ) -> Result<Linearised, InverseError> {
-    let mut rounds = 0;
+    let (mut rounds, mut gains) = (0, 0.0);
     let most = if problem.unrested { UNRESTED_ROUNDS } else { ROUNDS };
     while rounds < most {
         rounds += 1;
@@ -119,8 +119,10 @@ pub(super) fn settle(
         if settles && at.state.patches.len() == count {
             return Ok(at);
         }
+        gains = gained;
     }
-    if problem.unrested {
+    if problem.takes_unrested(&at) {
+        at.unsettled = gains;
         return Ok(at);
     }
     Err(InverseError::NotSettled { rounds, patches: at.state.patches.len() })

@@ -130,8 +130,9 @@ pub fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
         return Err(InverseError::Undetermined { why: "it holds fewer readings than there are parameters" });
     }
     let excess = (residual.norm_squared() / freedom as f64).max(1.0);
-    // A step that promises P moves no parameter by more than √P deviations.
-    let noise = at.covariance().ok_or(FLAT)? * (excess + at.unrest);
+    // A step that promises P, or gained it, moves no parameter by more than √P deviations.
+    let unrest = at.unrest.max(at.unsettled);
+    let noise = at.covariance().ok_or(FLAT)? * (excess + unrest);
     let discretisation = discretisation_covariance(found)?;
     let modulus_error = discretisation[(0, 0)].sqrt();
     let driving = driving_covariance(found)?;
@@ -217,6 +218,7 @@ pub fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
         young_modulus_pa: Estimate { value: modulus, sd: modulus_sd },
         young_modulus_interval90_pa: [modulus - half * modulus_sd, modulus + half * modulus_sd],
         young_modulus_bound_pa: modulus * bound.covariance[(0, 0)].sqrt(),
+        young_modulus_expected_pa: recording.phantom.modulus_range_pa,
         restraint_total_n_per_m: total,
         patches,
         correlation,
@@ -400,6 +402,13 @@ fn remarks(
              smooth. The deviations are widened by a factor of {:.1}.{finer}",
             found.at.unrest,
             (1.0 + found.at.unrest / excess).sqrt()
+        ));
+    }
+    if found.at.unsettled > 0.0 {
+        remarks.push(format!(
+            "The fit has not come to rest: its last round still lowered the misfit by {:.1}. A model that leaves so much out \
+             may go on for ever.",
+            found.at.unsettled
         ));
     }
     let (used, stated) = (&found.evidence.noise, &recording.noise);

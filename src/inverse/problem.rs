@@ -73,6 +73,8 @@ pub struct Linearised {
     /// By how much a further step promises to lower the sum of squares although no step does, however short: the misfit is not
     /// smooth there. 0 at rest.
     pub unrest: f64,
+    /// By how much the last of all rounds of weighing and fitting still lowered the sum of squares. 0 where they settled.
+    pub unsettled: f64,
 }
 
 /// The model at a state, without its derivatives: they cost as much again.
@@ -253,7 +255,16 @@ impl<'a> Problem<'a> {
             let parameters = all.into_iter().map(|(parameter, ..)| parameter).collect();
             (DMatrix::from_columns(&columns), parameters)
         };
-        Ok(Linearised { state, mounted, prediction, residual, jacobian, parameters, unrest: 0.0 })
+        Ok(Linearised {
+            state,
+            mounted,
+            prediction,
+            residual,
+            jacobian,
+            parameters,
+            unrest: 0.0,
+            unsettled: 0.0,
+        })
     }
 
     /// The state moved by a step in the parameters; patches stay on the search surface.

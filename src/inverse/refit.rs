@@ -186,10 +186,10 @@ pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, Inverse
     converged(problem, descend(problem, start, GOOD_ENOUGH)?.at)
 }
 
-/// What a descent has come to. Ending where as much is still promised as a patch must bring is an error, not a result, unless the
-/// problem allows it.
+/// What a descent has come to. Ending where as much is still promised as a patch must bring is an error, not a result, but where the
+/// model is wrong.
 pub(super) fn converged(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
-    match problem.unrested || at.unrest < MOST_PROMISED * unit(&at) {
+    match at.unrest < MOST_PROMISED * unit(&at) || problem.takes_unrested(&at) {
         true => Ok(at),
         false => Err(InverseError::NotConverged { promised: at.unrest, misfit: at.chi2() }),
     }

@@ -148,6 +148,8 @@ pub struct Fit {
     pub young_modulus_interval90_pa: [f64; 2],
     /// Cramér–Rao bound of its standard deviation (Pa), support known, discretisation exact.
     pub young_modulus_bound_pa: f64,
+    /// The range that the operator expects it in (Pa).
+    pub young_modulus_expected_pa: [f64; 2],
     /// Sum of the stiffness of all spring patches (N/m).
     pub restraint_total_n_per_m: Estimate,
     /// Restraint patches, stiffest first.

@@ -76,7 +76,7 @@ pub fn search(
             return Ok(at);
         }
     }
-    if looking.problem.unrested {
+    if looking.problem.takes_unrested(&at) {
         return Ok(at);
     }
     Err(InverseError::NotSettled { rounds, patches: at.state.patches.len() })
@@ -91,7 +91,7 @@ fn beyond_noise(at: &Linearised) -> f64 {
 }
 
 /// Whether no more is left than noise leaves.
-fn explained(at: &Linearised) -> bool {
+pub(super) fn explained(at: &Linearised) -> bool {
     beyond_noise(at) < UNEXPLAINED_SD * (2.0 * at.residual.len() as f64).sqrt()
 }
 
@@ -127,6 +127,14 @@ pub(super) fn with_missed(
         problem.correction = correction;
     }
     Ok(grown)
+}
+
+impl Problem<'_> {
+    /// Whether a fit is taken as it is though it has not come to rest after all its steps: where the model is wrong, weights and restraint
+    /// may follow each other for ever, and what is left says so.
+    pub(super) fn takes_unrested(&self, at: &Linearised) -> bool {
+        self.unrested || !explained(at)
+    }
 }
 
 /// A search under way.

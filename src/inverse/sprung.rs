@@ -74,7 +74,8 @@ fn sprung(
     if tried.chi2() > as_good || !apart(problem, &tried.state.patches) {
         return Ok(None);
     }
-    settle(problem, finer, tried).map(Some)
+    let settled = settle(problem, finer, tried)?;
+    Ok((settled.unsettled == 0.0 || at.unsettled > 0.0).then_some(settled))
 }
 
 #[cfg(test)]

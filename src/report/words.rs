@@ -12,6 +12,8 @@ pub enum Verdict {
     Explained,
     /// Less is left than the stated noise should leave: the root mean square is this share of it.
     NoiseOverstated(f64),
+    /// What is left is noise, but the modulus lies plainly outside the range that the operator expects.
+    Unexpected,
     /// More is left than noise leaves: the root mean square is this many times what it should be.
     Unexplained(f64),
     /// No residual to judge by.
@@ -27,11 +29,22 @@ pub fn verdict(fit: &Fit) -> Verdict {
         Verdict::Unjudged
     } else if chi2 > limit {
         Verdict::Unexplained(chi2.sqrt())
+    } else if outside(fit.young_modulus_expected_pa, &fit.young_modulus_pa) {
+        Verdict::Unexpected
     } else if chi2 < 2.0 * expected - limit {
         Verdict::NoiseOverstated((chi2 / expected).sqrt())
     } else {
         Verdict::Explained
     }
+}
+
+/// So many standard deviations outside the expected range are plain.
+const PLAINLY_SD: f64 = 3.0;
+
+fn outside([low, high]: [f64; 2], modulus: &Estimate) -> bool {
+    // A method that states no deviation is taken at its word.
+    let sd = if modulus.sd.is_finite() { modulus.sd } else { 0.0 };
+    (low - modulus.value).max(modulus.value - high) > PLAINLY_SD * sd
 }
 
 /// What was found: `Young's modulus 10.482 ± 0.051 kPa; 2 restraint patches, together 124.3 ± 3.1 N/m`.
@@ -66,6 +79,9 @@ pub fn trust(fit: &Fit) -> String {
             "The model explains the recording; the residual is only {ratio:.2} × the stated noise, so the noise \
              is stated too large and the deviations are too wide."
         ),
+        Verdict::Unexpected => "The model explains the recording, but its modulus lies outside the range that the operator expects: a force in \
+                                another unit, or read too large or too small by a factor, leaves as little."
+            .to_owned(),
         Verdict::Unexplained(ratio) => {
             let most = fit.residual.chi2_per_dof_limit.sqrt();
             // As many digits as tell the two apart.
@@ -165,6 +181,14 @@ mod tests {
         assert_eq!(modulus_sd(38.2, estimate.value), "0.038 kPa");
         assert_eq!(stiffness_interval(&Estimate { value: 2.0, sd: 3.0 }), "0.0 to 6.9 N/m");
         assert_eq!(stiffness_sd(230.4), "230 N/m");
+    }
+
+    /// Three deviations beyond an end of the range are plain, less are not.
+    #[test]
+    fn a_modulus_may_be_unexpected() {
+        let of = |value: f64, sd: f64| outside([5e3, 2e4], &Estimate { value, sd });
+        assert!(of(1.1e7, 1e4) && of(20_400.0, 100.0) && of(4_600.0, 100.0) && of(20_001.0, f64::NAN));
+        assert!(!of(20_200.0, 100.0) && !of(4_800.0, 100.0) && !of(1e4, f64::NAN));
     }
 
     #[test]

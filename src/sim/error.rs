@@ -92,6 +92,18 @@ pub enum SimError {
         /// The block (m).
         size_m: [f64; 3],
     },
+    /// A poke as deep as the phantom is thick.
+    #[error(
+        "a poke {depth_m} m deep at {site_m:?} m would come out of a phantom that is {through_m} m thick there"
+    )]
+    TooDeep {
+        /// Where (m).
+        site_m: [f64; 3],
+        /// Its depth (m).
+        depth_m: f64,
+        /// From its side to the opposite one (m).
+        through_m: f64,
+    },
     /// A session was to be recorded on a phantom that was made from another plan.
     #[error("session {session} is to be recorded on another phantom than its own")]
     OtherPhantom {

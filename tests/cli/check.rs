@@ -101,7 +101,7 @@ fn gaps_in_pokes_and_what_is_missing_are_counted() {
 #[test]
 fn suspicions_degrade_and_are_listed() {
     type Spoil = fn(&mut Recording);
-    let spoilt: [(&str, Spoil); 7] = [
+    let spoilt: [(&str, Spoil); 8] = [
         ("phantom's force on the tip", |r| {
             r.wrench.force_n.iter_mut().for_each(|f| f[2] = -f[2]);
         }),
@@ -119,6 +119,14 @@ fn suspicions_degrade_and_are_listed() {
             r.rest_until_s = 2.0;
             r.pokes.remove(0);
             r.wrench.force_n[..40].iter_mut().for_each(|f| f[2] = 0.0);
+        }),
+        ("times the stated one along x, y, z: is it in mN?", |r| {
+            r.rest_until_s = 2.0;
+            r.pokes.remove(0);
+            for (i, f) in r.wrench.force_n[..40].iter_mut().enumerate() {
+                let sign = if i % 2 == 0 { 1e3 } else { -1e3 };
+                (0..3).for_each(|axis| f[axis] = sign * r.noise.force_n[axis]);
+            }
         }),
         ("phantom.density_kg_m3 is 1.05 kg/m³", |r| r.phantom.density_kg_m3 = 1.05),
         ("the largest displacement (stage.csv)", |r| {

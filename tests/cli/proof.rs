@@ -232,6 +232,11 @@ fn a_bench_goes_on_with_a_session() {
     write(&[(Vec3::new(0.0, 0.0, 1.0), -Vec3::z())]);
     let (code, _, stderr) = bench("draw-0001");
     assert!(code == 1 && stderr.contains("enters no side"), "{code}: {stderr}");
+    write(&[(known.site, -Vec3::z())]);
+    let deep = fs::read_to_string(&table).expect("a table").replace(",0.002,0.002,1", ",2,0.002,1");
+    fs::write(&table, deep).expect("written");
+    let (code, _, stderr) = bench("draw-0001");
+    assert!(code == 1 && stderr.contains("2 m deep"), "{code}: {stderr}");
     let (code, _, stderr) = bench("draw-0002");
     assert!(code == 1 && stderr.contains("draw-0002"), "{code}: {stderr}");
     assert_eq!(read(&longer), after, "what was there is still there");

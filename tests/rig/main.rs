@@ -134,6 +134,15 @@ fn stopped_and_gone_on_with() {
     let bundle = at("bundle");
     let (code, text, stderr) = run(&["session", "export", session, "--bundle", utf8(&bundle)]);
     assert!(code == 0 && text.contains("3 pokes") && !text.contains("not finished"), "{text}{stderr}");
+    let other = at("other.msh");
+    let block =
+        ["--size-mm", "40x40x10", "--cells", "4x4x1", "--fixed", "z-", "--search", "x+", "--observed", "z+"];
+    let (code, _, stderr) = run(&[&["mesh", "block", utf8(&other)], &block[..]].concat());
+    assert_eq!(code, 0, "{stderr}");
+    let wrong = at("wrong");
+    let (code, _, stderr) =
+        run(&["session", "export", session, "--bundle", utf8(&wrong), "--mesh", utf8(&other)]);
+    assert!(code == 1 && stderr.contains("no recording that can be read") && !wrong.exists(), "{stderr}");
     for (arguments, words) in [
         (["session", "info", utf8(&bundle)], "a recording bundle, not a session"),
         (["check", session, "--quiet"], "session export"),

@@ -20,7 +20,7 @@ pub enum DumbbellError {
         how: &'static str,
     },
     /// A size that is needed is not said.
-    #[error("{place}: the {what} is not said: say {key} under [specimen] in an override")]
+    #[error("{place}: the {what} is not said: say {key} under [specimen] in an override (--as)")]
     NoSize {
         /// File and line.
         place: String,
@@ -30,7 +30,9 @@ pub enum DumbbellError {
         key: &'static str,
     },
     /// A size that no specimen has.
-    #[error("{place}: the {what} is {found}: say the true one as {key} under [specimen] in an override")]
+    #[error(
+        "{place}: the {what} is {found}: say the true one as {key} under [specimen] in an override (--as)"
+    )]
     Size {
         /// File and line.
         place: String,

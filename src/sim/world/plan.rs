@@ -100,9 +100,14 @@ impl World {
     /// before come out alike but for what the bench's own resolution gains there.
     ///
     /// # Errors
-    /// [`SimError::OffSide`] for a place that is on no side of the phantom, and a direction more than 45° off its normal.
+    /// [`SimError::OffSide`] for a place that is on no side of the phantom, and a direction more than 45° off its normal;
+    /// [`SimError::TooDeep`].
     pub fn press(&mut self, poke: &PlannedPoke) -> Result<(), SimError> {
         let site = self.site_of(poke)?;
+        let through_m = poke.direction.abs().dot(&Vec3::from(self.phantom.slab.size_m));
+        if poke.depth_m >= through_m {
+            return Err(SimError::TooDeep { site_m: poke.site.into(), depth_m: poke.depth_m, through_m });
+        }
         self.pokes.push(Press {
             site,
             direction: poke.direction.into(),
