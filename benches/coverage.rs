@@ -49,6 +49,9 @@ fn repeat(seed: u64) -> Result<Row, Box<dyn Error>> {
     let session = Draw { fit_cell_m: FIT_CELL_M, ..draw(seed) };
     let recording = record(&session)?;
     let found = fit(&recording, &Settings::default(), &mut |_| {})?;
+    if !found.settled {
+        return Err("the fit did not settle".into());
+    }
     let springs = |r: &Restraint| match r {
         Restraint::Springs { stiffness_n_per_m, .. } => *stiffness_n_per_m,
         Restraint::Glued { .. } => 0.0,

@@ -16,8 +16,8 @@ pub(super) struct BenchCommand(Arc<Mutex<Running>>);
 #[derive(Debug, Default)]
 struct Running {
     group: Option<Pid>,
-    /// Whether this program is to end.
-    asked: bool,
+    /// How often this program was asked to end.
+    asked: u32,
 }
 
 impl BenchCommand {
@@ -35,6 +35,9 @@ impl BenchCommand {
         bench.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).process_group(0);
         let child = {
             let mut running = self.running();
+            if running.asked > 0 {
+                bail!("interrupted");
+            }
             let child = bench.spawn().context("can't start the bench's command")?;
             running.group = Some(Pid::from_child(&child));
             child
@@ -49,37 +52,41 @@ impl BenchCommand {
         Ok(())
     }
 
-    /// Passes an interruption on to the command; ends the program where none runs.
+    /// Passes an interruption on to the command, a second one as a demand; ends the program where no command runs, and at the third.
     pub(super) fn interrupted(&self, session: &Path) {
         let mut running = self.running();
-        running.asked = true;
-        match running.group {
-            // One that has ended just now needs no signal.
-            Some(group) => drop(kill_process_group(group, Signal::INT)),
-            None => {
-                drop(running);
-                self.end_if_asked(session);
-            }
+        running.asked += 1;
+        // One that has ended just now needs no signal.
+        match (running.group, running.asked) {
+            (Some(group), 1) => drop(kill_process_group(group, Signal::INT)),
+            (Some(group), 2) => drop(kill_process_group(group, Signal::TERM)),
+            // Still locked: nothing is started any more.
+            _ => end_with(session),
         }
     }
 
     /// Ends the program where that was asked for.
     pub(super) fn end_if_asked(&self, session: &Path) {
-        if !self.running().asked {
-            return;
+        if self.running().asked > 0 {
+            end_with(session);
         }
-        let recording = |entry: std::io::Result<std::fs::DirEntry>| entry.is_ok_and(|e| e.path().is_dir());
-        let kept = session.read_dir().is_ok_and(|mut entries| entries.any(recording));
-        match kept {
-            true => end(&format!("; what the bench recorded is in {}", session.display())),
-            false => end(""),
-        }
+    }
+}
+
+/// Ends the program and says where recordings are.
+fn end_with(session: &Path) -> ! {
+    let recording = |entry: std::io::Result<std::fs::DirEntry>| entry.is_ok_and(|e| e.path().is_dir());
+    let kept = session.read_dir().is_ok_and(|mut entries| entries.any(recording));
+    match kept {
+        true => end(&format!("; what the bench recorded is in {}", session.display())),
+        false => end(""),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::{Duration, Instant};
 
     #[test]
     fn what_the_bench_says_when_it_fails_is_told() {
@@ -100,9 +107,12 @@ mod tests {
             }
             theirs.interrupted(Path::new("session"));
         });
+        let began = Instant::now();
         let error = bench.run("sleep 600; :", Path::new("p"), Path::new("b")).expect_err("it is stopped");
         interrupts.join().expect("sent");
         assert!(error.to_string().contains("signal"), "{error}");
-        assert!(bench.running().asked);
+        assert!(bench.running().asked == 1 && began.elapsed() < Duration::from_secs(300));
+        let error = bench.run(":", Path::new("p"), Path::new("b")).expect_err("nothing is started any more");
+        assert_eq!(error.to_string(), "interrupted");
     }
 }

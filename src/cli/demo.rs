@@ -118,7 +118,7 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
     tell("The recording is fitted as if nothing were concealed.");
     let fit = out.join("fit");
     if !child(context, &["fit".as_ref(), bundle.as_os_str(), "--out".as_ref(), fit.as_os_str()])? {
-        tell("What is concealed leaves a plain fit no answer.");
+        tell("A plain fit has no answer, see above; a diagnosis may.");
     }
     tell("It is diagnosed; then the sealed answer is opened.");
     let prove = ["prove".as_ref(), out.as_os_str(), "--pages".as_ref()];

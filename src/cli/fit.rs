@@ -18,7 +18,8 @@ use std::path::{Path, PathBuf};
 /// Fits a recording: Young's modulus, the hidden restraint, how surely, and a page to look at.
 ///
 /// Writes a folder with fit.html (the page), fit.json, CSV tables and VTK files. Ends with exit code 3 when the
-/// model does not explain the recording down to the noise: the figures are then not to be trusted.
+/// model does not explain the recording down to the noise, the fit has not come to rest, or the modulus lies plainly outside the range that the
+/// operator expects: the figures are then not to be trusted.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig fit recordings/practice-01

@@ -15,7 +15,7 @@
 //! | `extra`, [`large`] | what is not linear in the displacement |
 //! | `hum`, `rest`, `lasting`, `creep` | how far the instruments' errors are from white |
 //! | `left`, `beyond`, `place` | what a reading leaves: when, where, in which channel, how plainly |
-//! | `verdict`, `rivals`, `in_step`, `confidence`, `parameters`, `spread`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
+//! | `verdict`, `why`, `rivals`, `in_step`, `confidence`, `parameters`, `spread`, `curves`, `plans`, `next_poke` | what is said, how surely, and what to do next |
 //!
 //! Symbols: `C` compliance for a unit modulus (1/m), `𝓔` the hereditary modulus, `q` force of the tip (N), `f` forces of the
 //! restraint discs (N), `u` displacements (m), `J` derivative of the readings by the parameters.
@@ -74,6 +74,7 @@ mod track;
 mod undecided;
 mod uneven;
 mod verdict;
+mod why;
 
 pub use confidence::MOST_SURE;
 pub use diagnosis::{

@@ -188,11 +188,20 @@ impl Fitted {
     /// Sum of squares over the stated noise of every poke, predicted by a fit to the others: what it is, and by how much the
     /// step to that fit raises it.
     pub(super) fn held_out(&self, model: &Model<'_>) -> Option<Vec<f64>> {
+        self.predicted_by_others(model, |sums| sums.chi2.iter().sum())
+    }
+
+    /// As [`Fitted::held_out`], of all pokes together and over the effective noise, as fits weigh them.
+    pub(super) fn weighed_held_out(&self, model: &Model<'_>) -> Option<f64> {
+        Some(self.predicted_by_others(model, |sums| sums.cost)?.iter().sum())
+    }
+
+    fn predicted_by_others(&self, model: &Model<'_>, here: impl Fn(&PokeSums) -> f64) -> Option<Vec<f64>> {
         let predicted = |(poke, sums): (usize, &PokeSums)| {
             let (normal, gradient) = self.equations(model, Some(poke));
             let step = bounded_step(model, self, &normal, &gradient, 1e-9)?.step;
             let raised = (&sums.normal * &step).dot(&step) - 2.0 * sums.gradient.dot(&step);
-            Some(sums.chi2.iter().sum::<f64>() + raised)
+            Some(here(sums) + raised)
         };
         self.pokes().iter().enumerate().map(predicted).collect()
     }

@@ -20,14 +20,22 @@ pub(super) struct Rival {
     /// The same share of how much better the other predicts pokes that its fit has not seen; none where it hardly does, or the rival
     /// has not come to rest.
     ///
-    /// Why: knobs enough follow every poke that they are fitted to. What stands in for something else then fails at the next.
+    /// Why: knobs enough follow every poke that they are fitted to. What stands in for something else then fails at the next. Not the other way
+    /// round: what shows in one poke only cannot be predicted by the others, be it true or not.
     pub mispredicts: Option<f64>,
 }
 
 impl Rival {
+    /// Whether nothing but pokes that its fit has not seen tells it from the other.
+    pub(super) fn only_mispredicts(&self, hardly_told: f64) -> bool {
+        self.lacks < hardly_told * self.own && self.margin() >= hardly_told
+    }
+
     /// The share of the other's own gain that it lacks, of what both were fitted to or of what they were not.
     pub(super) fn margin(&self) -> f64 {
-        (self.lacks / self.own).max(self.mispredicts.unwrap_or(0.0))
+        let lacks = self.lacks / self.own;
+        // What explains more is no worse for that.
+        if lacks > 0.0 { lacks.max(self.mispredicts.unwrap_or(0.0)) } else { lacks }
     }
 }
 
@@ -75,7 +83,7 @@ fn mispredicts(
     rival: &Tried,
     held_out: impl Fn(&Fitted) -> Option<f64>,
 ) -> Option<f64> {
-    if rival.fitted.end == End::GivenUp {
+    if [chosen, rival].iter().any(|reading| reading.fitted.end != End::AtRest) {
         return None;
     }
     let common = with_only(selection, chosen, |p| rival.physics.contains(p));
@@ -187,6 +195,12 @@ pub(super) mod tests {
             (found[0].reading, found[0].mispredicts, found[0].margin())
         };
         assert_eq!(found(&selection, [5000.0, 5200.0, 5180.0]), (4, Some(0.9), 0.9));
+        let rival =
+            |lacks, mispredicts| Rival { reading: 4, blamed: Vec::new(), lacks, own: 200.0, mispredicts };
+        assert!(rival(10.0, Some(0.9)).only_mispredicts(0.3));
+        assert!(
+            !rival(80.0, Some(0.9)).only_mispredicts(0.3) && !rival(10.0, Some(0.2)).only_mispredicts(0.3)
+        );
         // What it was fitted to tells them apart as well.
         assert_eq!(found(&selection, [5000.0, 5200.0, 5002.0]), (4, Some(0.01), 0.05));
         assert_eq!(found(&selection, [5000.0, 5050.0, 5049.0]), (4, None, 0.05));

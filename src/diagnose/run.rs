@@ -211,15 +211,18 @@ impl Run<'_> {
             }
         }
         let after = left(model, selection.best())?;
-        let judge =
-            |selection: &Selection| judge(model, selection, plain, before, &after, self.settings.false_alarm);
-        let mut judged = judge(selection);
+        let judge = |model: &Model<'_>, selection: &Selection| {
+            judge(model, selection, plain, before, &after, self.settings.false_alarm)
+        };
+        let mut judged = judge(model, selection);
         // What a doubt rests on must have come to rest.
         while let Some(rival) = judged.given_up {
+            // Its own changes of the body are as its sums have them.
+            let correction = model.exchange_correction(None);
             let fitted = selection.tried[rival].fitted.clone();
-            selection.tried[rival].fitted =
-                descend_from(model, fitted, Effort { at_rest: CLOSE_ENOUGH, ..IN_FULL });
-            judged = judge(selection);
+            selection.tried[rival].fitted = finished(model, fitted);
+            model.exchange_correction(correction);
+            judged = judge(model, selection);
         }
         let chosen = selection.best();
         judged.doubt_stiffening(model, chosen);

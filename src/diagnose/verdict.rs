@@ -32,6 +32,8 @@ pub(super) struct Judged {
     pub whole: Option<usize>,
     /// Index of the reading from which the one that comes closest is hardly told, where that was given up before it came to rest.
     pub given_up: Option<usize>,
+    /// Indices of readings that are told from the one that comes closest by pokes that their fits have not seen, and by nothing else.
+    pub mispredict: Vec<usize>,
 }
 
 /// Readings whose sums of squares differ by less than this, or by this share of the gain, are not told apart.
@@ -87,7 +89,7 @@ pub(super) fn judge(
         ambiguous_with: Vec::new(),
         evidence: None,
     };
-    let mut given_up = None;
+    let (mut given_up, mut mispredict) = (None, Vec::new());
     let mut remarks = model.remarks();
     if model.lab().is_some() && !selection.body_was_looked_at() {
         remarks.push(
@@ -95,7 +97,7 @@ pub(super) fn judge(
         );
     }
     if let Some(chosen) = chosen {
-        let held_out = |fitted: &Fitted| Some(fitted.held_out(model)?.iter().sum());
+        let held_out = |fitted: &Fitted| fitted.weighed_held_out(model);
         let rivals = rivals(selection, plain, chosen, model.base(), held_out);
         let earned = |p: &Physics| {
             without(selection, plain, chosen, |other| other != p) / least(model, &selection.base, *p)
@@ -109,6 +111,7 @@ pub(super) fn judge(
             effects: named.len(),
         };
         verdict.evidence = Some(evidence);
+        mispredict.extend(rivals.iter().filter(|r| r.only_mispredicts(HARDLY_TOLD)).map(|r| r.reading));
         let sure = confidence(&evidence);
         let standing = Standing::of(shows, sure, &earned, &evidence);
         if standing == Standing::Chance {
@@ -133,7 +136,9 @@ pub(super) fn judge(
             remarks.push(format!("{} comes closest, but {but}", names(&named)));
         } else {
             let mut as_well: Vec<Physics> = Vec::new();
-            for rival in rivals.iter().filter(|rival| rival.lacks < alike(rival.own)) {
+            let alike =
+                |rival: &&Rival| rival.lacks < alike(rival.own) && !rival.only_mispredicts(HARDLY_TOLD);
+            for rival in rivals.iter().filter(alike) {
                 for &physics in rival.blamed.iter().filter(|p| !chosen.physics.contains(p)) {
                     if !as_well.contains(&physics) {
                         as_well.push(physics);
@@ -173,7 +178,7 @@ pub(super) fn judge(
         remarks.push("the fit had not come to rest after its last step; its values may be off".to_owned());
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
-    Judged { detected, p_value, verdict, properties, remarks, whole: None, given_up }
+    Judged { detected, p_value, verdict, properties, remarks, whole: None, given_up, mispredict }
 }
 
 /// Whether a reading may be named.
@@ -336,40 +341,6 @@ impl Judged {
                 .to_owned(),
         );
     }
-
-    /// Why one of the readings tried is, or is not, the verdict.
-    pub(super) fn why(&self, selection: &Selection, tried: usize) -> String {
-        let chosen = selection.chosen.map(|i| &selection.tried[i]);
-        let own = &selection.tried[tried];
-        let gain = selection.base.cost - own.fitted.cost;
-        match chosen {
-            Some(_) if selection.chosen == Some(tried) && !self.verdict.explained_by.is_empty() => {
-                "nothing explains as much with as little, but it is in no catalogue".to_owned()
-            }
-            Some(_) if selection.chosen == Some(tried) && self.verdict.unexplained => {
-                "it comes closest, but leaves too much or is hardly told from others".to_owned()
-            }
-            Some(_) if selection.chosen == Some(tried) => {
-                "nothing explains as much with as little".to_owned()
-            }
-            Some(_) if own.fitted.end == End::GivenUp => {
-                "given up: it could not have come close to what explains more".to_owned()
-            }
-            Some(chosen)
-                if self.whole.is_some() && chosen.physics.iter().all(|p| own.physics.contains(p)) =>
-            {
-                "whether something acts besides is not settled".to_owned()
-            }
-            Some(chosen) if own.fitted.cost < chosen.fitted.cost => {
-                "what it adds is no more than chance or elements can".to_owned()
-            }
-            Some(chosen) => {
-                let best = selection.base.cost - chosen.fitted.cost;
-                format!("it removes {:.0} % of what the verdict removes", 100.0 * gain / best)
-            }
-            None => "what it adds is no more than chance or elements can".to_owned(),
-        }
-    }
 }
 
 #[cfg(test)]
@@ -409,6 +380,7 @@ mod tests {
             remarks,
             whole: None,
             given_up: None,
+            mispredict: Vec::new(),
         };
         assert!(!alone.doubted());
         alone.part_of(&selection, 0, 0);
@@ -471,6 +443,7 @@ mod tests {
                 remarks,
                 whole: None,
                 given_up: None,
+                mispredict: Vec::new(),
             };
             judged.doubt_ball(&[(0.05, [0.0, 0.1]), (z, [0.0, 0.025])]);
             (judged.verdict.confidence, judged.remarks.len())

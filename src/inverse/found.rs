@@ -120,7 +120,7 @@ fn completed<'a>(
     let at = problem.linearise(&found.state)?;
     if let Some(more) = with_missed(problem, finest, &at, radius_m, places)? {
         match settle(problem, Some(finest), more) {
-            Ok(settled) if settled.unsettled == 0.0 => return Ok(Some(settled)),
+            Ok(settled) if settled.unsettled.is_none() || problem.unrested => return Ok(Some(settled)),
             Ok(_) | Err(InverseError::NotSettled { .. }) => {
                 where_answered(problem.correct(finest, &found.state.patches))?;
             }

@@ -122,7 +122,7 @@ pub(super) fn settle(
         gains = gained;
     }
     if problem.takes_unrested(&at) {
-        at.unsettled = gains;
+        at.unsettled = Some(gains);
         return Ok(at);
     }
     Err(InverseError::NotSettled { rounds, patches: at.state.patches.len() })

@@ -131,8 +131,7 @@ pub fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
     }
     let excess = (residual.norm_squared() / freedom as f64).max(1.0);
     // A step that promises P, or gained it, moves no parameter by more than √P deviations.
-    let unrest = at.unrest.max(at.unsettled);
-    let noise = at.covariance().ok_or(FLAT)? * (excess + unrest);
+    let noise = at.covariance().ok_or(FLAT)? * (excess + unrest(at));
     let discretisation = discretisation_covariance(found)?;
     let modulus_error = discretisation[(0, 0)].sqrt();
     let driving = driving_covariance(found)?;
@@ -219,6 +218,7 @@ pub fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
         young_modulus_interval90_pa: [modulus - half * modulus_sd, modulus + half * modulus_sd],
         young_modulus_bound_pa: modulus * bound.covariance[(0, 0)].sqrt(),
         young_modulus_expected_pa: recording.phantom.modulus_range_pa,
+        settled: at.unsettled.is_none(),
         restraint_total_n_per_m: total,
         patches,
         correlation,
@@ -229,6 +229,11 @@ pub fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
     };
     fit.remarks = remarks(recording, settings, found, &fit, excess);
     Ok(fit)
+}
+
+/// What a further step promises, or the last round gained, where the fit has not come to rest.
+fn unrest(at: &Linearised) -> f64 {
+    at.unrest.max(at.unsettled.unwrap_or(0.0))
 }
 
 /// Whether a patch of this softness, its logarithm known to `sd`, may as well be glue.
@@ -395,20 +400,20 @@ fn remarks(
             excess.sqrt()
         ));
     }
+    let widened = (1.0 + unrest(found.at) / excess).sqrt();
     if found.at.unrest > 0.0 {
         let finer = if settings.quick { " Without --quick it is smoother." } else { "" };
         remarks.push(format!(
             "A further step promises to lower the misfit by {:.1}, and none does: on these elements the misfit is not \
              smooth. The deviations are widened by a factor of {:.1}.{finer}",
             found.at.unrest,
-            (1.0 + found.at.unrest / excess).sqrt()
+            widened
         ));
     }
-    if found.at.unsettled > 0.0 {
+    if let Some(gained) = found.at.unsettled {
         remarks.push(format!(
-            "The fit has not come to rest: its last round still lowered the misfit by {:.1}. A model that leaves so much out \
-             may go on for ever.",
-            found.at.unsettled
+            "The fit has not come to rest after all its rounds, the last of which lowered the misfit by {gained:.1}: a model that \
+             leaves so much out may go on for ever. The deviations are widened by a factor of {widened:.1}."
         ));
     }
     let (used, stated) = (&found.evidence.noise, &recording.noise);

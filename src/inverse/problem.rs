@@ -73,8 +73,8 @@ pub struct Linearised {
     /// By how much a further step promises to lower the sum of squares although no step does, however short: the misfit is not
     /// smooth there. 0 at rest.
     pub unrest: f64,
-    /// By how much the last of all rounds of weighing and fitting still lowered the sum of squares. 0 where they settled.
-    pub unsettled: f64,
+    /// By how much the last of all rounds of weighing and fitting still lowered the sum of squares; none where they settled.
+    pub unsettled: Option<f64>,
 }
 
 /// The model at a state, without its derivatives: they cost as much again.
@@ -263,7 +263,7 @@ impl<'a> Problem<'a> {
             jacobian,
             parameters,
             unrest: 0.0,
-            unsettled: 0.0,
+            unsettled: None,
         })
     }
 

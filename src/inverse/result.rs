@@ -161,6 +161,8 @@ pub struct Fit {
     pub residual: Residual,
     /// The discretisation.
     pub discretisation: Discretisation,
+    /// Whether it came to rest; under a model that is wrong it may not.
+    pub settled: bool,
     /// What the recording cannot tell, and what a reader should know before trusting the figures: whole
     /// sentences.
     pub remarks: Vec<String>,

@@ -11,7 +11,7 @@ use super::error::InverseError;
 use super::limit::{Finer, UNRESTED_ROUNDS};
 use super::problem::{Linearised, Parameter, Problem, State};
 use super::refit::{
-    Descent, GOOD_ENOUGH, converged, descend, descend_below, refit, settled, unit, where_answered,
+    Descent, GOOD_ENOUGH, SETTLED, converged, descend, descend_below, refit, settled, unit, where_answered,
 };
 use super::restraint::{Mounted, Restraint};
 use crate::fem::disc_self_compliance;
@@ -66,8 +66,8 @@ pub fn search(
         }
         looking.problem.whitening = looking.problem.whitening.near(&at.prediction);
         let Descent { at: renewed, gained } = descend(looking.problem, &at.state, GOOD_ENOUGH)?;
-        let resettled = settled(&renewed, gained);
-        let (found, changes) = looking.settled(renewed, resettled)?;
+        let (resettled, as_before) = (settled(&renewed, gained), gained < SETTLED * unit(&renewed));
+        let (found, changes) = looking.settled(renewed, as_before)?;
         at = match changes {
             0 => converged(looking.problem, found)?,
             _ => refit(looking.problem, &found.state)?,
@@ -168,7 +168,7 @@ impl<'s, 'p> Looking<'s, 'p> {
     }
 
     /// Adds and takes out patches until nothing changes any more; with the number of changes. `as_before`: nothing has moved since
-    /// this was last asked.
+    /// this was last asked, and the weights, which follow the prediction, are much the same.
     fn settled(&mut self, at: Linearised, as_before: bool) -> Result<(Linearised, usize), InverseError> {
         let before = at.state.patches.len();
         let mut at = pruned(self.problem, at)?;
@@ -214,7 +214,7 @@ impl<'s, 'p> Looking<'s, 'p> {
             let mut state = at.state.clone();
             state.patches.remove(p);
             let lowest = best.as_ref().map_or(at.chi2() - enough, Linearised::chi2);
-            let less = where_answered(descend_below(self.problem, &state, ROUGH, lowest))?;
+            let less = where_answered(descend(self.problem, &state, ROUGH))?;
             let better = |less: &Linearised| less.chi2() < lowest && apart(self.problem, &less.state.patches);
             best = less.map(|descent| descent.at).filter(better).or(best);
         }

@@ -75,7 +75,8 @@ fn sprung(
         return Ok(None);
     }
     let settled = settle(problem, finer, tried)?;
-    Ok((settled.unsettled == 0.0 || at.unsettled > 0.0).then_some(settled))
+    let as_settled = settled.unsettled.is_none() || at.unsettled.is_some() || problem.unrested;
+    Ok(as_settled.then_some(settled))
 }
 
 #[cfg(test)]

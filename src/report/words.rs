@@ -12,6 +12,8 @@ pub enum Verdict {
     Explained,
     /// Less is left than the stated noise should leave: the root mean square is this share of it.
     NoiseOverstated(f64),
+    /// What is left looks like noise, but the fit has not come to rest.
+    Unsettled,
     /// What is left is noise, but the modulus lies plainly outside the range that the operator expects.
     Unexpected,
     /// More is left than noise leaves: the root mean square is this many times what it should be.
@@ -29,6 +31,8 @@ pub fn verdict(fit: &Fit) -> Verdict {
         Verdict::Unjudged
     } else if chi2 > limit {
         Verdict::Unexplained(chi2.sqrt())
+    } else if !fit.settled {
+        Verdict::Unsettled
     } else if outside(fit.young_modulus_expected_pa, &fit.young_modulus_pa) {
         Verdict::Unexpected
     } else if chi2 < 2.0 * expected - limit {
@@ -79,6 +83,9 @@ pub fn trust(fit: &Fit) -> String {
             "The model explains the recording; the residual is only {ratio:.2} × the stated noise, so the noise \
              is stated too large and the deviations are too wide."
         ),
+        Verdict::Unsettled => {
+            "The fit has not come to rest: the figures may be off by more than they say.".to_owned()
+        }
         Verdict::Unexpected => "The model explains the recording, but its modulus lies outside the range that the operator expects: a force in \
                                 another unit, or read too large or too small by a factor, leaves as little."
             .to_owned(),

@@ -212,6 +212,12 @@ fn the_headline_says_what_was_found_and_how_far_to_trust_it() {
     assert_eq!(verdict(&fit), Verdict::NoiseOverstated((1.05_f64 / 1.2).sqrt()));
     fit.residual.chi2_per_dof = 1.15;
     assert_eq!(verdict(&fit), Verdict::Explained);
+    fit.young_modulus_expected_pa = [1e3, 8e3];
+    assert_eq!(verdict(&fit), Verdict::Unexpected);
+    assert!(trust(&fit).contains("outside the range that the operator expects"));
+    fit.settled = false;
+    assert_eq!(verdict(&fit), Verdict::Unsettled);
+    assert!(trust(&fit).contains("not come to rest"));
     fit.residual.chi2_per_dof = f64::NAN;
     assert_eq!(verdict(&fit), Verdict::Unjudged);
 }

@@ -93,6 +93,7 @@ pub(crate) fn fit(recording: &Recording) -> Fit {
         young_modulus_interval90_pa: [10_398.0, 10_566.0],
         young_modulus_bound_pa: 38.0,
         young_modulus_expected_pa: [5e3, 2e4],
+        settled: true,
         restraint_total_n_per_m: Estimate { value: 124.3, sd: 3.1 },
         patches: vec![
             spring([0.12, 0.03, 0.0], 0.0052, Estimate { value: 66.1, sd: 2.3 }, 2.0),

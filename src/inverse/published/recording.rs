@@ -84,6 +84,7 @@ pub fn fit_recording(
         young_modulus_interval90_pa: [f64::NAN; 2],
         young_modulus_bound_pa: f64::NAN,
         young_modulus_expected_pa: recording.phantom.modulus_range_pa,
+        settled: true,
         restraint_total_n_per_m: unknown(stiffness.iter().sum()),
         correlation: vec![vec![f64::NAN; 1 + patches.len()]; 1 + patches.len()],
         patches,

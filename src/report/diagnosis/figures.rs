@@ -65,14 +65,21 @@ pub(super) fn candidates(candidates: &[Candidate]) -> String {
     )
 }
 
-/// What the recording cannot tell, and what the missing thing must be like.
+/// What the missing thing must be like.
+pub(super) fn properties(diagnosis: &Diagnosis) -> String {
+    match diagnosis.mismatch.properties.as_slice() {
+        [] => "<p class=\"note\">No mismatch shows.</p>".to_owned(),
+        properties => remarks(properties),
+    }
+}
+
+/// What the recording cannot tell.
 pub(super) fn cannot_tell(diagnosis: &Diagnosis) -> String {
     let mut sentences = Vec::new();
     if !diagnosis.verdict.ambiguous_with.is_empty() {
         let others: Vec<&str> = diagnosis.verdict.ambiguous_with.iter().map(|p| p.id()).collect();
         sentences.push(format!("Explains the recording as well: {}.", others.join(", ")));
     }
-    sentences.extend(diagnosis.mismatch.properties.iter().map(|p| format!("What is missing: {p}")));
     sentences.extend(diagnosis.remarks.iter().cloned());
     remarks(&sentences)
 }

@@ -77,8 +77,8 @@ function drawPlace() {
     margin: {l: 0, r: 0, t: 0, b: 0},
     scene: {aspectmode: 'data', camera: cameras[camera], uirevision: camera, annotations, xaxis: face('x, mm'), yaxis: face('y, mm'), zaxis: face('z, mm')},
   });
-  const key = (name, text) => ' <span class="key"><span class="swatch round" style="background:' + colour(name) + '"></span>' + text + '</span>';
-  document.getElementById('phantom-legend').innerHTML = 'At rest.' + (scene.region ? '' : ' The misfit sits nowhere in particular.') + key('ink', 'poke') + (scene.tips.some(t => t.shows) ? key('model', 'poke that shows the mismatch') : '') +
+  const key = (name, text, opacity = 1) => ' <span class="key"><span class="swatch round" style="background:' + colour(name) + ';opacity:' + opacity + '"></span>' + text + '</span>';
+  document.getElementById('phantom-legend').innerHTML = 'At rest.' + (scene.region ? '' : ' The misfit sits nowhere in particular.') + key('ink', 'poke', 0.35) + (scene.tips.some(t => t.shows) ? key('model', 'poke that shows the mismatch') : '') +
     (scene.region ? key('model', 'where the misfit sits') : '') + (scene.balls.length + scene.discs.length ? key('found', 'found') : '') +
     (scene.next ? key('extended', 'next poke') : '') + key('fixed', 'fixed surface') + key('search', 'searched surface');
   return Plotly.react(document.getElementById('phantom'), traces, layout, config);

@@ -23,7 +23,7 @@ const SCRIPTS: [&str; 2] = [include_str!("phantom.js"), include_str!("plots.js")
 pub fn page(fit: &Fit, recording: &Recording, settings: &Map<String, Value>) -> Result<String, ReportError> {
     let status = match verdict(fit) {
         Verdict::Explained | Verdict::NoiseOverstated(_) => ("good", "✓"),
-        Verdict::Unexpected | Verdict::Unexplained(_) => ("bad", "!"),
+        Verdict::Unsettled | Verdict::Unexpected | Verdict::Unexplained(_) => ("bad", "!"),
         Verdict::Unjudged => ("bad", "?"),
     };
     Ok(whole(

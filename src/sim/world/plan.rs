@@ -104,7 +104,9 @@ impl World {
     /// [`SimError::TooDeep`].
     pub fn press(&mut self, poke: &PlannedPoke) -> Result<(), SimError> {
         let site = self.site_of(poke)?;
-        let through_m = poke.direction.abs().dot(&Vec3::from(self.phantom.slab.size_m));
+        // From the side that it enters, within 45° of its normal, to the opposite one.
+        let axis = poke.direction.iamax();
+        let through_m = self.phantom.slab.size_m[axis] / poke.direction[axis].abs();
         if poke.depth_m >= through_m {
             return Err(SimError::TooDeep { site_m: poke.site.into(), depth_m: poke.depth_m, through_m });
         }
