@@ -181,7 +181,7 @@ pub(super) fn where_answered<T>(tried: Result<T, InverseError>) -> Result<Option
 /// Minimises the whitened sum of squares from `start`.
 ///
 /// # Errors
-/// As [`converged`].
+/// [`InverseError::NotConverged`] where as much is still promised as a patch must bring, but where the model is wrong.
 pub fn refit(problem: &Problem<'_>, start: &State) -> Result<Linearised, InverseError> {
     converged(problem, descend(problem, start, GOOD_ENOUGH)?.at)
 }
