@@ -16,8 +16,8 @@ pub(super) struct BenchCommand(Arc<Mutex<Running>>);
 #[derive(Debug, Default)]
 struct Running {
     group: Option<Pid>,
-    /// How often this program was asked to end.
-    asked: u32,
+    /// Whether this program is to end.
+    asked: bool,
 }
 
 impl BenchCommand {
@@ -35,7 +35,7 @@ impl BenchCommand {
         bench.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).process_group(0);
         let child = {
             let mut running = self.running();
-            if running.asked > 0 {
+            if running.asked {
                 bail!("interrupted");
             }
             let child = bench.spawn().context("can't start the bench's command")?;
@@ -52,14 +52,13 @@ impl BenchCommand {
         Ok(())
     }
 
-    /// Passes an interruption on to the command, a second one as a demand; ends the program where no command runs, and at the third.
+    /// Passes an interruption on to the command; ends the program where no command runs, and at the second.
     pub(super) fn interrupted(&self, session: &Path) {
         let mut running = self.running();
-        running.asked += 1;
-        // One that has ended just now needs no signal.
-        match (running.group, running.asked) {
-            (Some(group), 1) => drop(kill_process_group(group, Signal::INT)),
-            (Some(group), 2) => drop(kill_process_group(group, Signal::TERM)),
+        let again = std::mem::replace(&mut running.asked, true);
+        match running.group {
+            // Not SIGINT, which a shell's jobs in the background ignore. One that has ended just now needs none.
+            Some(group) if !again => drop(kill_process_group(group, Signal::TERM)),
             // Still locked: nothing is started any more.
             _ => end_with(session),
         }
@@ -67,7 +66,7 @@ impl BenchCommand {
 
     /// Ends the program where that was asked for.
     pub(super) fn end_if_asked(&self, session: &Path) {
-        if self.running().asked > 0 {
+        if self.running().asked {
             end_with(session);
         }
     }
@@ -111,7 +110,7 @@ mod tests {
         let error = bench.run("sleep 600; :", Path::new("p"), Path::new("b")).expect_err("it is stopped");
         interrupts.join().expect("sent");
         assert!(error.to_string().contains("signal"), "{error}");
-        assert!(bench.running().asked == 1 && began.elapsed() < Duration::from_secs(300));
+        assert!(bench.running().asked && began.elapsed() < Duration::from_secs(300));
         let error = bench.run(":", Path::new("p"), Path::new("b")).expect_err("nothing is started any more");
         assert_eq!(error.to_string(), "interrupted");
     }

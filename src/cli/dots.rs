@@ -5,6 +5,7 @@ use super::{Context, Exit, Kind, Outcome, StagedFolder, UsageError};
 use crate::report::{MarkedDot, strip};
 use crate::session::Session;
 use crate::track::{Dot, DotSettings, Finder, Found, GreyView};
+use crate::units::counted;
 use anyhow::{Context as _, bail};
 use clap::Args;
 use serde_json::{Value, json};
@@ -299,7 +300,7 @@ fn overlay_name(file: &Path, taken: &mut HashSet<String>) -> String {
 fn said(shown: &Shown) -> String {
     let dots = &shown.found.dots;
     let count = |of: fn(&Dot) -> bool| dots.iter().filter(|d| of(d)).count();
-    let mut text = format!("{}: {} dots", shown.file.display(), dots.len());
+    let mut text = format!("{}: {}", shown.file.display(), counted(dots.len(), "dot", "dots"));
     if let (Some(radius), Some(contrast), Some(sd)) =
         (median(dots, Dot::radius_px), median(dots, |d| d.contrast), median(dots, sd_px))
     {

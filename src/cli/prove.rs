@@ -78,7 +78,10 @@ pub(super) fn run(arguments: &ProveArguments, context: &Context) -> anyhow::Resu
     let mut closed = Vec::with_capacity(arguments.folders.len());
     for place in &arguments.folders {
         let made = Closed::new(place, arguments, jobs, context);
-        closed.push(made.with_context(|| place.display().to_string())?);
+        closed.push(match arguments.folders.len() {
+            1 => made?,
+            _ => made.with_context(|| place.display().to_string())?,
+        });
     }
     let mut proofs = Vec::with_capacity(closed.len());
     for closed in closed {
