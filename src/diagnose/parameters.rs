@@ -85,7 +85,7 @@ const STIFFENING: f64 = 0.05;
 /// Of Poisson's ratio: three concealed draws were off by 0.0015 to 0.0033.
 const POISSON: f64 = 2.5e-3;
 
-/// Of a weight (relative): with the modulus right to 0.1 %, three concealed ones were found 1.3 to 4.8 % too large.
+/// Of a weight (relative): with the modulus right to 0.2 %, three concealed ones were found 1 to 5 % too large.
 const WEIGHT: f64 = 0.012;
 
 /// Of softening (relative) and of the logarithm of its scale, per share of stress lost: what softens is strained more, which the model

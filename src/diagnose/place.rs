@@ -1,5 +1,6 @@
 //! Where and when a baseline misses: channels, pokes and phases that stand out, and a place if there is one.
 
+use super::confidence::PLAIN_SD;
 use super::diagnosis::{Channel, Phase, Region};
 use super::left::{Left, Mean};
 use super::model::Model;
@@ -8,11 +9,8 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-/// A part of the readings stands out when it holds this share of all that is left beyond noise.
+/// A part of the readings stands out when it holds this share of all that is left beyond noise, plainly.
 const SHARE: f64 = 0.1;
-
-/// And so many standard deviations of noise.
-const PLAIN_SD: f64 = 4.0;
 
 /// Shuffles of the permutation test, and its level.
 const SHUFFLES: usize = 199;
@@ -43,11 +41,8 @@ fn standing_out<'m, T: PartialEq>(
     }
     let all: f64 = parts.iter().map(|p| p.1.max(0.0)).sum();
     // Squares of means scatter by √2 each.
-    let deviations = parts
-        .into_iter()
-        .filter(|(_, sum, _)| *sum > SHARE * all)
-        .map(|(p, sum, n)| (p, sum / (2.0 * n).sqrt()));
-    let mut plain: Vec<(T, f64)> = deviations.filter(|(_, sd)| *sd > PLAIN_SD).collect();
+    parts.retain(|(_, sum, n)| *sum > SHARE * all && *sum > PLAIN_SD * (2.0 * n).sqrt());
+    let mut plain: Vec<(T, f64)> = parts.into_iter().map(|(p, sum, n)| (p, sum / (2.0 * n).sqrt())).collect();
     plain.sort_by(|a, b| b.1.total_cmp(&a.1));
     plain
 }

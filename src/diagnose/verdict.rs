@@ -348,6 +348,28 @@ mod tests {
     use super::super::rivals::tests::{selection, with_a_lag_in_step};
     use super::*;
 
+    /// These are blamed, so surely.
+    fn judged(physics: &[Physics], confidence: f64) -> Judged {
+        let verdict = Verdict {
+            physics: physics.to_vec(),
+            unexplained: false,
+            explained_by: Vec::new(),
+            confidence,
+            ambiguous_with: Vec::new(),
+            evidence: None,
+        };
+        Judged {
+            detected: true,
+            p_value: 0.0,
+            verdict,
+            properties: Vec::new(),
+            remarks: Vec::new(),
+            whole: None,
+            given_up: None,
+            mispredict: Vec::new(),
+        }
+    }
+
     /// A reading with a restraint that serves worse than the baseline's.
     #[test]
     fn what_leaves_more_than_the_baseline_explains_nothing() {
@@ -363,25 +385,7 @@ mod tests {
         let selection = selection();
         let whole = &selection.tried[0];
         assert_eq!((selection.part(whole, 1), selection.part(whole, 0)), (Some(1), None));
-        let verdict = Verdict {
-            physics: vec![Physics::Drying],
-            unexplained: false,
-            explained_by: Vec::new(),
-            confidence: 0.97,
-            ambiguous_with: Vec::new(),
-            evidence: None,
-        };
-        let (properties, remarks) = (Vec::new(), Vec::new());
-        let mut alone = Judged {
-            detected: true,
-            p_value: 0.0,
-            verdict,
-            properties,
-            remarks,
-            whole: None,
-            given_up: None,
-            mispredict: Vec::new(),
-        };
+        let mut alone = judged(&[Physics::Drying], 0.97);
         assert!(!alone.doubted());
         alone.part_of(&selection, 0, 0);
         assert!(alone.remarks[0].contains("besides, camera-lag may act"), "{:?}", alone.remarks);
@@ -426,25 +430,7 @@ mod tests {
     #[test]
     fn a_ball_on_the_surface_is_doubted() {
         let of = |physics: Physics, z: f64| {
-            let verdict = Verdict {
-                physics: vec![Physics::Drying, physics],
-                unexplained: false,
-                explained_by: Vec::new(),
-                confidence: 0.96,
-                ambiguous_with: Vec::new(),
-                evidence: None,
-            };
-            let (properties, remarks) = (Vec::new(), Vec::new());
-            let mut judged = Judged {
-                detected: true,
-                p_value: 0.0,
-                verdict,
-                properties,
-                remarks,
-                whole: None,
-                given_up: None,
-                mispredict: Vec::new(),
-            };
+            let mut judged = judged(&[Physics::Drying, physics], 0.96);
             judged.doubt_ball(&[(0.05, [0.0, 0.1]), (z, [0.0, 0.025])]);
             (judged.verdict.confidence, judged.remarks.len())
         };

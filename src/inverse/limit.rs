@@ -98,6 +98,8 @@ pub(super) fn settle(
     finer: Option<&Finer>,
     mut at: Linearised,
 ) -> Result<Linearised, InverseError> {
+    // What a search has left unsettled no fit of what it found settles.
+    let searched = at.unsettled;
     let (mut rounds, mut gains) = (0, 0.0);
     let most = if problem.unrested { UNRESTED_ROUNDS } else { ROUNDS };
     while rounds < most {
@@ -117,6 +119,7 @@ pub(super) fn settle(
         let settles = settled(&fitted, gained);
         at = pruned(problem, fitted)?;
         if settles && at.state.patches.len() == count {
+            at.unsettled = searched;
             return Ok(at);
         }
         gains = gained;

@@ -73,7 +73,8 @@ pub struct Linearised {
     /// By how much a further step promises to lower the sum of squares although no step does, however short: the misfit is not
     /// smooth there. 0 at rest.
     pub unrest: f64,
-    /// By how much the last of all rounds of weighing and fitting still lowered the sum of squares; none where they settled.
+    /// By how much the last of all rounds of looking for restraint, weighing and fitting still lowered the sum of squares; none where they
+    /// settled.
     pub unsettled: Option<f64>,
 }
 
@@ -89,6 +90,9 @@ pub struct Predicted {
     pub residual: DVector<f64>,
 }
 
+/// What is left beyond noise, in standard deviations of a sum of squares, from where on something is not explained.
+const UNEXPLAINED_SD: f64 = 5.0;
+
 impl Linearised {
     /// Column of a parameter, if the state has it.
     pub fn column(&self, parameter: Parameter) -> Option<usize> {
@@ -98,6 +102,16 @@ impl Linearised {
     /// Sum of squares.
     pub fn chi2(&self) -> f64 {
         self.residual.norm_squared()
+    }
+
+    /// What is left beyond noise.
+    pub(super) fn beyond_noise(&self) -> f64 {
+        self.chi2() - self.residual.len().saturating_sub(self.parameters.len()) as f64
+    }
+
+    /// Whether no more is left than noise leaves.
+    pub(super) fn explained(&self) -> bool {
+        self.beyond_noise() < UNEXPLAINED_SD * (2.0 * self.residual.len() as f64).sqrt()
     }
 
     /// Covariance of the parameters for unit noise, `(JᵀJ)⁻¹`; `None` when a direction is not determined.
@@ -133,6 +147,12 @@ impl<'a> Problem<'a> {
             whitening: Whitening::new(evidence, elements_sd),
             unrested: self.unrested,
         }
+    }
+
+    /// Whether a fit is taken as it is though it has not come to rest after all its steps: where the model is wrong, weights and restraint
+    /// may follow each other for ever, and what is left says so.
+    pub(super) fn takes_unrested(&self, at: &Linearised) -> bool {
+        self.unrested || !at.explained()
     }
 
     /// Puts restraint on the model.

@@ -56,7 +56,7 @@ pub fn search(
     let mut looking = Looking::new(problem, finer, patch_radius_m, candidates);
     looking.correct(&start.patches)?;
     let mut at = refit(looking.problem, start)?;
-    let mut rounds = 0;
+    let (mut rounds, mut gains) = (0, 0.0);
     let most = if looking.problem.unrested { UNRESTED_ROUNDS } else { ROUNDS };
     while rounds < most {
         rounds += 1;
@@ -75,24 +75,13 @@ pub fn search(
         if changes == 0 && resettled {
             return Ok(at);
         }
+        gains = gained;
     }
     if looking.problem.takes_unrested(&at) {
+        at.unsettled = Some(gains);
         return Ok(at);
     }
     Err(InverseError::NotSettled { rounds, patches: at.state.patches.len() })
-}
-
-/// What is left beyond noise, in standard deviations of a sum of squares, from where on something is not explained.
-const UNEXPLAINED_SD: f64 = 5.0;
-
-/// What is left beyond noise.
-fn beyond_noise(at: &Linearised) -> f64 {
-    at.chi2() - at.residual.len().saturating_sub(at.parameters.len()) as f64
-}
-
-/// Whether no more is left than noise leaves.
-pub(super) fn explained(at: &Linearised) -> bool {
-    beyond_noise(at) < UNEXPLAINED_SD * (2.0 * at.residual.len() as f64).sqrt()
 }
 
 /// A patch that was missed explains at least this share of what is left beyond noise, or one in the way lets others do so: another
@@ -111,7 +100,7 @@ pub(super) fn with_missed(
     patch_radius_m: f64,
     candidates: &[Candidate],
 ) -> Result<Option<Linearised>, InverseError> {
-    if explained(at) {
+    if at.explained() {
         return Ok(None);
     }
     let correction = problem.correction.take();
@@ -121,20 +110,12 @@ pub(super) fn with_missed(
         return Ok(None);
     }
     let mut looking = Looking::new(problem, Some(finer), patch_radius_m, candidates);
-    let missed = MISSED_SHARE * beyond_noise(at);
-    let grown = looking.grown(at, missed)?.filter(explained);
+    let missed = MISSED_SHARE * at.beyond_noise();
+    let grown = looking.grown(at, missed)?.filter(Linearised::explained);
     if grown.is_none() {
         problem.correction = correction;
     }
     Ok(grown)
-}
-
-impl Problem<'_> {
-    /// Whether a fit is taken as it is though it has not come to rest after all its steps: where the model is wrong, weights and restraint
-    /// may follow each other for ever, and what is left says so.
-    pub(super) fn takes_unrested(&self, at: &Linearised) -> bool {
-        self.unrested || !explained(at)
-    }
 }
 
 /// A search under way.
@@ -199,7 +180,7 @@ impl<'s, 'p> Looking<'s, 'p> {
     /// Where much is left that no patch promises to explain at first order: with a first patch of stiff springs, or with one patch less,
     /// where that makes it better by `enough` and explains a good part.
     fn missing(&mut self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
-        let enough = enough.max(MISSED_SHARE * beyond_noise(at));
+        let enough = enough.max(MISSED_SHARE * at.beyond_noise());
         match at.state.patches.is_empty() {
             true => self.grown_stiff(at, enough),
             false => self.freed(at, enough),
@@ -423,7 +404,7 @@ fn with_modulus(problem: &Problem<'_>, mounted: &Mounted, start: f64) -> Result<
 pub(super) fn pruned(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
     let mut at = at;
     loop {
-        let enough = if explained(&at) { SIGNIFICANT * unit(&at) } else { worthwhile(problem, &at)? };
+        let enough = if at.explained() { SIGNIFICANT * unit(&at) } else { worthwhile(problem, &at)? };
         let mut without: Option<Linearised> = None;
         for p in (0..at.state.patches.len()).filter(|&p| !beyond_doubt(&at, p)) {
             let mut state = at.state.clone();

@@ -66,7 +66,7 @@ fn sprung(
         return Ok(None);
     }
     let as_good = at.chi2() + ONE_LESS * unit(at);
-    let Some(Descent { at: tried, .. }) =
+    let Some(Descent { at: mut tried, .. }) =
         where_answered(descend_below(problem, &state, GOOD_ENOUGH, as_good))?
     else {
         return Ok(None);
@@ -74,6 +74,7 @@ fn sprung(
     if tried.chi2() > as_good || !apart(problem, &tried.state.patches) {
         return Ok(None);
     }
+    tried.unsettled = at.unsettled;
     let settled = settle(problem, finer, tried)?;
     let as_settled = settled.unsettled.is_none() || at.unsettled.is_some() || problem.unrested;
     Ok(as_settled.then_some(settled))

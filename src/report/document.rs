@@ -37,6 +37,7 @@ pub(super) struct FitDocument<'a> {
     young_modulus_pa: ModulusEntry,
     restraint: RestraintEntry,
     residual: ResidualEntry,
+    settled: bool,
     correlation: CorrelationEntry<'a>,
     discretisation: DiscretisationEntry<'a>,
     remarks: &'a [String],
@@ -170,6 +171,7 @@ impl<'a> FitDocument<'a> {
                     marker: known(fit.residual.rest_noise_over_stated[1]),
                 },
             },
+            settled: fit.settled,
             correlation: CorrelationEntry { of: correlated_keys(&fit.patches), matrix: &fit.correlation },
             discretisation: DiscretisationEntry {
                 element: &discretisation.element,
