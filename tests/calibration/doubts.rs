@@ -59,6 +59,13 @@ fn a_wrong_unit_is_doubted_with_its_name_and_no_set_takes_it() {
         ("stage", "metres", runs(1.0, 1e-3), "readings are probably metres under a heading in mm"),
         ("stage", "inches", runs(1.0, 1.0 / 25.4), "readings are probably inches"),
         ("stage", "both", runs(1e-3, 1e-3), "targets and readings are probably metres"),
+        ("stage", "millimetres", under_metres(&runs(1.0, 1.0)), "probably mm under headings in m"),
+        (
+            "stage",
+            "mixed",
+            runs(1.0, 1.0).replace("reading_mm", "reading_m"),
+            "readings are probably mm under",
+        ),
     ];
     for (what, name, text, words) in cases {
         let (code, said, out) = calibrated(place.path(), what, name, &text);
@@ -83,10 +90,16 @@ fn a_wrong_unit_is_doubted_with_its_name_and_no_set_takes_it() {
     let (code, _, stderr) = set_of("--force", &file, &set);
     assert!(code == 1 && stderr.contains("kilograms under mass_g"), "{code} {stderr}");
     // The right units are not doubted.
-    for (what, text) in [("force", weights), ("stage", runs(1.0, 1.0))] {
+    let metres = under_metres(&runs(1e-3, 1e-3));
+    for (what, text) in [("force", weights), ("stage", runs(1.0, 1.0)), ("stage", metres)] {
         let (code, said, _) = calibrated(place.path(), what, "sound", &text);
         assert!(code == 0 && said.contains("Next:"), "{what}: {code} {said}");
     }
+}
+
+/// The same numbers under headings in metres.
+fn under_metres(table: &str) -> String {
+    table.replace("_mm", "_m")
 }
 
 /// Levers in metres under headings in millimetres.
@@ -129,7 +142,7 @@ fn a_set_says_what_its_calibrations_say_against_themselves() {
     assert!(code == 2 && stderr.contains("a set of nothing") && !none.exists(), "{code} {stderr}");
 }
 
-/// A press that begins in contact is refused by name; one in metres is doubted.
+/// A press that begins in contact is refused by name; one in another unit than its heading is doubted.
 #[test]
 fn a_press_begins_before_contact_and_in_millimetres() {
     let place = tempfile::tempdir().expect("a folder");
@@ -137,10 +150,11 @@ fn a_press_begins_before_contact_and_in_millimetres() {
         (place.path().join("gauge.csv"), place.path().join("block.csv"), place.path().join("out"));
     fs::write(&gauge, stage_csv(&sound_rows())).expect("writable");
     let rows = press(92e-6, 30_000.0, 0.03, &mut Dice::new(2));
-    let stage = |rows: &[(f64, f64)]| {
-        fs::write(&block, press_csv(rows)).expect("writable");
+    let pressed = |table: &str| {
+        fs::write(&block, table).expect("writable");
         run(&["calibrate", "stage", utf8(&gauge), "--block", utf8(&block), "--out", utf8(&out)])
     };
+    let stage = |rows: &[(f64, f64)]| pressed(&press_csv(rows));
     let touching: Vec<(f64, f64)> = rows.iter().copied().filter(|row| row.0 > 110e-6).collect();
     let (code, text, stderr) = stage(&touching);
     let said = stderr.contains("block.csv: the press begins in contact");
@@ -149,6 +163,8 @@ fn a_press_begins_before_contact_and_in_millimetres() {
     let (code, text, stderr) = stage(&metres);
     let said = text.contains("positions are probably metres");
     assert!(code == 3 && said, "{code} {text}{stderr}");
+    let (code, text, stderr) = pressed(&under_metres(&press_csv(&rows)));
+    assert!(code == 3 && text.contains("probably mm under a heading in m"), "{code} {text}{stderr}");
     assert_eq!(stage(&rows).0, 0);
 }
 

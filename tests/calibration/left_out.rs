@@ -187,11 +187,17 @@ fn a_specimen_in_another_unit_is_found_among_others() {
     assert!(wrong_units(&of([1.0, 1.04, 0.96, 1.1])).is_empty());
     // Twice as stiff is no unit.
     assert!(wrong_units(&of([1.0, 1.04, 0.96, 2.0])).is_empty());
-    for factor in [1e-3, 4.448_222, 1.0 / 9.806_65] {
+    // Newtons under a heading in millinewtons read a thousandth of what they are.
+    for (factor, words) in [
+        (1e-3, "its forces times 1000.0000 (N under a heading in mN,"),
+        (1e3, "its forces times 0.0010 (mN under a heading in N,"),
+        (4.448_222, "(N under a heading in pounds-force)"),
+        (1.0 / 9.806_65, "(kilograms-force under a heading in N)"),
+    ] {
         let found = wrong_units(&of([1.0, factor, 0.96, 1.04]));
         let [(1, fault)] = &found[..] else { panic!("{factor}: {found:?}") };
         println!("{factor}: {}", fault.shown);
-        assert_eq!(fault.name, Name::WrongUnit);
+        assert!(fault.name == Name::WrongUnit && fault.shown.contains(words), "{}", fault.shown);
     }
 }
 

@@ -16,16 +16,30 @@ const WORSE: f64 = 1.25;
 const ALIKE: f64 = 0.15;
 /// Least factor that is no scatter of a material.
 const LEAST_FACTOR: f64 = 3.0;
-/// Factors between units of force and stress, and of length and strain, that are mixed up.
-const FORCES: [(f64, &str); 5] = [
-    (1e3, "N for kN, or Pa for kPa"),
-    (1e6, "Pa for MPa"),
-    (4.448_222, "N for pounds-force"),
-    (9.806_65, "N for kilograms-force"),
-    (6.894_757, "kPa for psi"),
+/// What puts forces and stresses right that are in another unit than their heading says, and which that may be.
+const FORCES: [(f64, &str); 10] = [
+    (1e3, "N under a heading in mN, kN under one in N, kPa under one in Pa, or MPa under one in kPa"),
+    (1e-3, "mN under a heading in N, N under one in kN, Pa under one in kPa, or kPa under one in MPa"),
+    (1e6, "MPa under a heading in Pa, or kN under one in mN"),
+    (1e-6, "Pa under a heading in MPa, or mN under one in kN"),
+    (4.448_222, "pounds-force under a heading in N"),
+    (1.0 / 4.448_222, "N under a heading in pounds-force"),
+    (9.806_65, "kilograms-force under a heading in N"),
+    (1.0 / 9.806_65, "N under a heading in kilograms-force"),
+    (6.894_757, "psi under a heading in kPa"),
+    (1.0 / 6.894_757, "kPa under a heading in psi"),
 ];
-const WAYS: [(f64, &str); 4] =
-    [(25.4, "mm for inches"), (10.0, "mm for cm"), (100.0, "a strain for per cent"), (1e3, "mm for m")];
+/// The same of ways and strains.
+const WAYS: [(f64, &str); 8] = [
+    (25.4, "inches under a heading in mm"),
+    (1.0 / 25.4, "mm under a heading in inches"),
+    (10.0, "cm under a heading in mm"),
+    (0.1, "mm under a heading in cm"),
+    (100.0, "plain strains under a heading in per cent"),
+    (0.01, "per cent under a heading of plain strains"),
+    (1e3, "m under a heading in mm"),
+    (1e-3, "mm under a heading in m"),
+];
 /// Places at which specimens are compared.
 const PLACES: usize = 24;
 
@@ -125,16 +139,11 @@ fn unit_of(specimens: &[Specimen], curves: &[Vec<(f64, f64)>], of: usize) -> Opt
     };
     let plain = missed(1.0, 1.0);
     let mut tried: Vec<(f64, String)> = Vec::new();
-    for (unit, words) in FORCES {
-        for factor in [unit, 1.0 / unit] {
-            tried.extend(missed(1.0, factor).map(|m| (m, format!("its forces times {factor:.4} ({words})"))));
-        }
+    for (factor, words) in FORCES {
+        tried.extend(missed(1.0, factor).map(|m| (m, format!("its forces times {factor:.4} ({words})"))));
     }
-    for (unit, words) in WAYS {
-        for factor in [unit, 1.0 / unit] {
-            tried
-                .extend(missed(factor, 1.0).map(|m| (m, format!("its strains times {factor:.4} ({words})"))));
-        }
+    for (factor, words) in WAYS {
+        tried.extend(missed(factor, 1.0).map(|m| (m, format!("its strains times {factor:.4} ({words})"))));
     }
     tried.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (best, words) = tried.first()?;

@@ -17,8 +17,12 @@ const MOST_OF_STAGE: f64 = 1.2;
 const NEAR: f64 = 1.1;
 /// A stage is calibrated over its whole travel. One of less than that is not made; a tenth of a millimetre in metres is a tenth of a metre.
 const LEAST_TRAVEL_M: f64 = 1e-4;
+/// None on a bench goes farther; two millimetres under a heading in metres are that far.
+const MOST_TRAVEL_M: f64 = 2.0;
 /// A press has eight rows at least, of some micrometres each.
 const LEAST_PRESS_M: f64 = 1e-6;
+/// No rig yields so far to a force that its sensor bears; ten micrometres under a heading in mm are that far.
+const MOST_PRESS_M: f64 = 1e-2;
 
 /// A ratio of two units, and which column would hold what.
 type Ratio = (f64, &'static str);
@@ -63,8 +67,14 @@ const LEVERS: &[Ratio] = &[
 
 /// What a way over the one asked for may come from.
 const WAYS: &[Ratio] = &[
-    (1e3, "the readings are probably µm under a heading in mm, or the targets metres under one in mm"),
-    (1e-3, "the readings are probably metres under a heading in mm, or the targets µm under one in mm"),
+    (
+        1e3,
+        "the readings are probably mm under a heading in m or µm under one in mm, or the targets metres under one in mm",
+    ),
+    (
+        1e-3,
+        "the readings are probably metres under a heading in mm, or the targets mm under one in m or µm under one in mm",
+    ),
     (10.0, "the targets are probably centimetres under a heading in mm"),
     (0.1, "the readings are probably centimetres under a heading in mm"),
     (25.4, "the targets are probably inches under a heading in mm"),
@@ -124,14 +134,19 @@ pub(super) fn of_scale(name: &str, factor: f64) -> Option<String> {
 /// What speaks against an axis with targets from one place to another.
 pub(super) fn of_travel(name: &str, range_m: [f64; 2]) -> Option<String> {
     let travel_m = range_m[1] - range_m[0];
-    (travel_m < LEAST_TRAVEL_M).then(|| {
-        format!(
-            "{}all targets lie within {} mm, where a stage is calibrated over its whole travel: targets and readings are probably metres \
-             under headings in mm",
-            of(name),
-            figure(1e3 * travel_m)
-        )
-    })
+    let (shown, because) = if travel_m < LEAST_TRAVEL_M {
+        let shown = format!("all targets lie within {} mm", figure(1e3 * travel_m));
+        (shown, "metres under headings in mm")
+    } else if travel_m > MOST_TRAVEL_M {
+        let shown = format!("the targets lie {} m apart", figure(travel_m));
+        (shown, "mm under headings in m, or µm under headings in mm")
+    } else {
+        return None;
+    };
+    Some(format!(
+        "{}{shown}, where a stage is calibrated over its whole travel: targets and readings are probably {because}",
+        of(name)
+    ))
 }
 
 fn of(name: &str) -> String {
@@ -140,12 +155,16 @@ fn of(name: &str) -> String {
 
 /// What speaks against a press over such a way.
 pub(super) fn of_press(way_m: f64) -> Option<String> {
-    (way_m < LEAST_PRESS_M).then(|| {
-        format!(
-            "the whole press is {} µm long, where its steps are some micrometres each: positions are probably metres under a heading in mm",
-            figure(1e6 * way_m)
-        )
-    })
+    let (long, because) = if way_m < LEAST_PRESS_M {
+        (format!("{} µm", figure(1e6 * way_m)), "metres under a heading in mm")
+    } else if way_m > MOST_PRESS_M {
+        (format!("{} mm", figure(1e3 * way_m)), "mm under a heading in m, or µm under one in mm")
+    } else {
+        return None;
+    };
+    Some(format!(
+        "the whole press is {long} long, where its steps are some micrometres each: positions are probably {because}"
+    ))
 }
 
 fn is_far(factor: f64, most: f64) -> bool {
@@ -224,7 +243,11 @@ mod tests {
         assert_eq!((of_scale("", 1.0008), of_travel("", [1e-3, 32e-3])), (None, None));
         assert!(said(of_scale("0", 1.001e-3), "axis 0: the stage goes 0.00100 times"));
         assert!(said(of_scale("", 25.42), "inches") && said(of_scale("", 1.3), "broken"));
+        assert!(said(of_scale("", 998.0), "readings are probably mm under a heading in m"));
         assert!(said(of_travel("", [1e-6, 32e-6]), "within 0.0310 mm"));
-        assert!(of_press(3e-4).is_none() && of_press(3e-7).is_some());
+        assert!(said(of_travel("", [1.0, 32.0]), "31.0 m apart"));
+        assert!(of_travel("", [0.0, 1.5]).is_none() && of_press(3e-4).is_none() && of_press(5e-3).is_none());
+        assert!(said(of_press(3e-7), "metres under a heading in mm"));
+        assert!(said(of_press(0.3), "300 mm long") && said(of_press(0.3), "mm under a heading in m"));
     }
 }
