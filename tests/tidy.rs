@@ -168,3 +168,21 @@ fn only_sparse_names_faer() {
         assert!(inside || !text.contains("faer::"), "{} names faer", path.display());
     }
 }
+
+/// Whoever prints an error prints its chain of causes: one that holds its cause in its own text says it twice.
+#[test]
+fn no_error_says_its_cause_itself() {
+    for folder in ["src", "firmware_proto/src"] {
+        for path in sources(&root().join(folder)) {
+            let text = fs::read_to_string(&path).expect("readable");
+            for variant in text.split("#[error(").skip(1) {
+                let says = variant.split("\n    },").next().unwrap_or(variant);
+                let (words, fields) = says.split_once(")]\n").unwrap_or((says, ""));
+                let first = fields.lines().next().unwrap_or_default();
+                let itself = first.contains("(#[from]") || first.contains("(#[source]");
+                let twice = words.contains("{source") || (itself && words.contains("{0"));
+                assert!(!twice, "{}: #[error({words})]", path.display());
+            }
+        }
+    }
+}

@@ -12,7 +12,7 @@ pub enum DriverError {
     },
     // Force sensor.
     /// Its configuration page cannot be fetched.
-    #[error("the force sensor's configuration page {url} cannot be read: {source}")]
+    #[error("the force sensor's configuration page {url} cannot be read")]
     ForcePage {
         /// Where the page should be.
         url: String,
@@ -20,12 +20,12 @@ pub enum DriverError {
         source: Box<ureq::Error>,
     },
     /// Its configuration page is no XML, or is cut off.
-    #[error("the force sensor's configuration page breaks off at byte {byte}: {source}")]
+    #[error("the force sensor's configuration page breaks off at byte {byte}: {why}")]
     ForcePageBroken {
         /// How far it could be read.
         byte: u64,
-        /// What is wrong there.
-        source: Box<quick_xml::Error>,
+        /// What is wrong there. Why a text: the reader's error says its cause itself, and names it as its cause once more.
+        why: String,
     },
     /// Another page was served.
     #[error("the page holds {root:?}, not the force sensor's active configuration ({expected})")]
@@ -212,7 +212,7 @@ pub enum DriverError {
         pattern: std::path::PathBuf,
     },
     /// The table that says when image files were taken cannot be read: pictures without times are worth nothing.
-    #[error("{}, which should say when each image file was taken, cannot be read: {source}", file.display())]
+    #[error("{}, which should say when each image file was taken, cannot be read", file.display())]
     VideoTimes {
         /// The table.
         file: std::path::PathBuf,

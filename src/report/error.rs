@@ -22,10 +22,10 @@ pub enum ReportError {
         source: csv::Error,
     },
     /// The result could not be put into JSON.
-    #[error("cannot put the result into JSON: {0}")]
+    #[error("cannot put the result into JSON")]
     Json(#[from] serde_json::Error),
     /// The mesh has no proper surface to draw.
-    #[error("cannot draw the phantom: {0}")]
+    #[error("cannot draw the phantom")]
     Mesh(#[from] crate::mesh::MeshError),
     /// Pictures that cannot be put side by side.
     #[error("there is no picture to draw upon, or pictures have different sizes")]

@@ -353,7 +353,14 @@ fn a_sensor_that_goes_away_is_silence() {
         receive(&mut sensor, 10);
         drop(emulator);
         assert!(falls_silent(&mut sensor));
-        assert!(matches!(sensor.why_silent(), NetFtSilence::SensorGone(DriverError::ForcePage { .. })));
+        let silence = sensor.why_silent();
+        assert!(matches!(silence, NetFtSilence::SensorGone(DriverError::ForcePage { .. })), "{silence}");
+        // The cause once, with what the network says of it.
+        let told = silence.to_string();
+        assert!(
+            told.matches("cannot be read: ").count() == 1 && told.matches("refused").count() == 1,
+            "{told}"
+        );
         sensor.bias().expect("nobody acknowledges a request anyway");
         sensor.stop().expect("silent it is");
         let error = sensor.start().expect_err("nobody there");

@@ -1,7 +1,9 @@
 //! What others do to the stream: whatever comes in between, and why nothing comes.
 
 use super::super::DriverError;
+use std::error::Error as _;
 use std::fmt;
+use std::iter::successors;
 
 /// What came in between while this stream ran.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -37,7 +39,10 @@ impl fmt::Display for NetFtSilence {
                 "the force sensor's web page answers, its stream does not: another client has asked for it or ended it, \
                  or a firewall holds it back",
             ),
-            Self::SensorGone(error) => write!(f, "the force sensor does not answer at all: {error}"),
+            Self::SensorGone(error) => {
+                write!(f, "the force sensor does not answer at all: {error}")?;
+                successors(error.source(), |cause| (*cause).source()).try_for_each(|cause| write!(f, ": {cause}"))
+            }
         }
     }
 }

@@ -33,7 +33,7 @@ impl Page {
         let mut elements = Vec::new();
         loop {
             let byte = reader.buffer_position();
-            let broken = |source| DriverError::ForcePageBroken { byte, source: Box::new(source) };
+            let broken = |error: Error| DriverError::ForcePageBroken { byte, why: error.to_string() };
             let event = reader.read_event().map_err(broken)?;
             let ends = matches!(event, Event::Empty(_) | Event::End(_));
             match event {
