@@ -2,6 +2,7 @@
 
 use super::{CalibError, Registration};
 use crate::geometry::{Mat3, Vec3};
+use crate::units::unread_toml;
 use nalgebra::Matrix6;
 use serde::{Deserialize, Serialize};
 
@@ -74,7 +75,7 @@ impl RegistrationFile {
         let refuse = |why: String| Err(CalibError::File { why });
         let read: Self = match toml::from_str(text) {
             Ok(read) => read,
-            Err(error) => return refuse(error.to_string()),
+            Err(error) => return refuse(unread_toml(text, &error)),
         };
         if read.format != FORMAT {
             return refuse(format!("format is {:?}; expected {FORMAT:?}", read.format));
@@ -149,8 +150,8 @@ mod tests {
         let points = "points = 6";
         for (from, to, words) in [
             ("phantom-registration/1", "phantom-registration/9", "expected \"phantom-registration/1\""),
-            (points, "point = 6", "unknown field"),
-            (points, "", "missing field"),
+            (points, "point = 6", "point is not known; expected one of format"),
+            (points, "", "points is missing"),
             ("rotation = [[", "rotation = [[1", "right-handed"),
             ("covariance = [[", "covariance = [[-", "positive"),
         ] {

@@ -4,6 +4,7 @@ use super::DatasetError;
 use super::text::{is_utf16, line_of, without_bom};
 use crate::geometry::Vec3;
 use crate::observation::{Contact, Gravity, Noise, Phantom, Tip, TipShape};
+use crate::units::unread_words;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -119,7 +120,7 @@ fn parse(file: &Path, bytes: &[u8]) -> Result<Manifest, DatasetError> {
     toml::from_str(text).map_err(|e| DatasetError::ManifestKey {
         file: file.to_owned(),
         row: row(&e),
-        message: e.message().to_owned(),
+        message: unread_words(&e),
     })
 }
 

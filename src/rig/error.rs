@@ -25,7 +25,7 @@ pub enum RigError {
     Refused {
         /// The rig file.
         file: PathBuf,
-        /// What the parser says, with line and column.
+        /// What is wrong, with line and key.
         reason: String,
         /// The known key that looks most like an unknown one.
         nearest: Option<String>,

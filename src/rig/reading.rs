@@ -1,6 +1,7 @@
 //! TOML that a person wrote → keys, or a refusal with line, column and the known key that was probably meant.
 
 use super::RigError;
+use crate::units::unread_toml;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
@@ -15,7 +16,7 @@ pub(super) fn read<K: DeserializeOwned>(file: &Path, text: &str) -> Result<K, Ri
     toml::from_str(text).map_err(|error| RigError::Refused {
         file: file.to_owned(),
         nearest: nearest(error.message()),
-        reason: error.to_string().trim_end().to_owned(),
+        reason: unread_toml(text, &error),
     })
 }
 

@@ -28,6 +28,7 @@
 use super::ExportError;
 use super::quantity::Quantity;
 use super::unit::{self, Unit};
+use crate::units::unread_toml;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -136,7 +137,7 @@ impl Override {
         let refuse =
             |reason: String, nearest| ExportError::Override { file: file.to_owned(), reason, nearest };
         let read: Self = toml::from_str(text)
-            .map_err(|error| refuse(error.to_string().trim_end().to_owned(), nearest(error.message())))?;
+            .map_err(|error| refuse(unread_toml(text, &error), nearest(error.message())))?;
         for (name, column) in &read.column {
             if let Some(text) = &column.unit
                 && unit::parse(text).is_none()

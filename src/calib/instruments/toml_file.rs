@@ -1,6 +1,7 @@
 //! A calibration as TOML: with all digits, and refused with the file's name where it is none.
 
 use super::InstrumentError;
+use crate::units::unread_toml;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::path::Path;
@@ -19,7 +20,7 @@ pub(super) fn parse<T: DeserializeOwned>(
     expected: &str,
 ) -> Result<T, InstrumentError> {
     let refuse = |why: String| InstrumentError::File { file: file.to_owned(), why };
-    let read: T = toml::from_str(text).map_err(|error| refuse(error.to_string().trim_end().to_owned()))?;
+    let read: T = toml::from_str(text).map_err(|error| refuse(unread_toml(text, &error)))?;
     if format(&read) == expected {
         return Ok(read);
     }

@@ -2,6 +2,7 @@
 
 use super::{Board, LensError, LensFound};
 use crate::track::Camera;
+use crate::units::unread_toml;
 use serde::{Deserialize, Serialize};
 
 /// What the file begins with.
@@ -82,7 +83,7 @@ impl LensFile {
         let refuse = |why: String| Err(LensError::File { why });
         let read: Self = match toml::from_str(text) {
             Ok(read) => read,
-            Err(error) => return refuse(error.to_string()),
+            Err(error) => return refuse(unread_toml(text, &error)),
         };
         if read.format != FORMAT {
             return refuse(format!("format is {:?}; expected {FORMAT:?}", read.format));
@@ -160,8 +161,8 @@ mod tests {
         let text = file().text().expect("numbers");
         for (from, to, words) in [
             ("phantom-lens/1", "phantom-lens/2", "expected \"phantom-lens/1\""),
-            ("note = ", "remark = ", "unknown field"),
-            ("rms_px = 0.031", "", "missing field"),
+            ("note = ", "remark = ", "remark is not known; expected one of format"),
+            ("rms_px = 0.031", "", "rms_px is missing"),
             ("rms_px = 0.031", "rms_px = -0.031", "expected 0 or more"),
             ("focal_px = [812.0", "focal_px = [-812.0", "focal_px is -812"),
             ("focal_px = [812.0", "focal_px = [nan", "focal_px"),

@@ -20,6 +20,7 @@
 
 use super::{Figure, ReferenceError, ReferenceQuantity};
 use crate::calib::Day;
+use crate::units::unread_toml;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -179,7 +180,7 @@ impl ReferenceValue {
     pub fn parse(file: &Path, text: &str) -> Result<Self, ReferenceError> {
         let keys: Keys = toml::from_str(text).map_err(|error| ReferenceError::Refused {
             file: file.to_owned(),
-            why: error.to_string().trim_end().to_owned(),
+            why: unread_toml(text, &error),
         })?;
         if keys.format != FORMAT {
             return Err(ReferenceError::Value {
@@ -297,14 +298,14 @@ mod tests {
         let text = value().text().expect("sound");
         for (from, to, words) in [
             ("phantom-reference/1", "phantom-reference/2", "expected phantom-reference/1"),
-            ("method = ", "methods = ", "unknown field `methods`"),
-            ("date = \"2026-11-02\"", "", "missing field `date`"),
+            ("method = ", "methods = ", "methods is not known; expected one of"),
+            ("date = \"2026-11-02\"", "", "date is missing"),
             ("2026-11-02", "2026-02-30", "is no day"),
             ("10150.0", "-10150.0", "young_modulus_pa.value is -10150"),
             ("10150.0", "nan", "young_modulus_pa.value is NaN"),
             ("130.0", "0.0", "nothing is known exactly"),
             ("9940.0", "10200.0", "interval_90"),
-            ("[young_modulus_pa]", "[young_modulus_kpa]", "unknown field `young_modulus_kpa`"),
+            ("[young_modulus_pa]", "[young_modulus_kpa]", "young_modulus_kpa is not known"),
             (
                 "[young_modulus_pa]",
                 "[slack_m]\nvalue = 1.0\nsd = 1.0\n[young_modulus_pa]",

@@ -22,6 +22,7 @@ use crate::calib::lens::LensFile;
 use crate::calib::reference::ReferenceValue;
 use crate::calib::{Day, RegistrationFile};
 use crate::digest::sha256_hex;
+use crate::units::unread_toml;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -162,8 +163,7 @@ impl CalibrationSet {
     pub fn read(file: &Path) -> Result<Self, SetError> {
         let text = text_of(file)?;
         let refuse = |why: String| SetError::Refused { file: file.to_owned(), why };
-        let keys: Keys =
-            toml::from_str(&text).map_err(|error| refuse(error.to_string().trim_end().to_owned()))?;
+        let keys: Keys = toml::from_str(&text).map_err(|error| refuse(unread_toml(&text, &error)))?;
         if keys.format != FORMAT {
             return Err(refuse(format!("format is {:?}; expected {FORMAT:?}", keys.format)));
         }
