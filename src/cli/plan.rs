@@ -12,7 +12,8 @@ use std::path::PathBuf;
 ///
 /// Travel, speed and acceleration of the stage, sites on the phantom, ways clear of it, depths, predicted forces and what a stop
 /// would still add, rest between pokes, and whether the phantom's mesh is there. Everything that speaks against it is listed; then the
-/// exit code is 1. It is 3 where the calibration does not hold today, or where the pictures of pokes will give no markers. How much is
+/// exit code is 1. It is 3 where a depth is probably not meant, where the calibration does not hold today, or where the pictures of pokes will
+/// give no markers. How much is
 /// recorded is an estimate. Opens no device.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -52,7 +53,8 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
         set.doubts(today, None).iter().map(|doubt| format!("{}: {doubt}", set.file.display())).collect()
     });
     let unplaced = planned.unplaced()?;
-    for note in doubts.iter().map(String::as_str).chain(unplaced) {
+    let unmeant = plan.doubts();
+    for note in unmeant.iter().chain(&doubts).map(String::as_str).chain(unplaced) {
         let _ = write!(table, "\nnote: {note}");
     }
     let json = json!({
@@ -64,15 +66,16 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
         "violations": plan.violations.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "missing_mesh": missing,
         "drawing": arguments.draw,
+        "doubts": unmeant,
         "calibration": planned.rig.calibration().map(|set| set.name.clone()),
         "calibration_doubts": doubts,
         "without_markers": unplaced,
     });
-    let exit =
-        match (plan.violations.is_empty() && missing.is_none(), doubts.is_empty() && unplaced.is_none()) {
-            (false, _) => Exit::Failed,
-            (true, false) => Exit::Degraded,
-            (true, true) => Exit::Good,
-        };
+    let can = plan.violations.is_empty() && missing.is_none();
+    let exit = match (can, unmeant.is_empty() && doubts.is_empty() && unplaced.is_none()) {
+        (false, _) => Exit::Failed,
+        (true, false) => Exit::Degraded,
+        (true, true) => Exit::Good,
+    };
     Ok(Outcome { exit, text: table, json })
 }

@@ -71,7 +71,10 @@ pub(super) fn run(arguments: &RunArguments, context: &Context) -> anyhow::Result
         .into());
     }
     // Once without devices: what speaks against the plan is known before anything is opened.
-    planned.plan([0.0, 0.0]).checked()?;
+    let plan = planned.plan([0.0, 0.0]).checked()?;
+    for doubt in plan.plan().doubts() {
+        eprintln!("  note: {doubt}");
+    }
     let folder = match &arguments.out {
         Some(folder) => folder.clone(),
         None => default_folder(planned.protocol.name()),

@@ -27,6 +27,8 @@ fn a_drawing_replaces_a_drawing_and_nothing_else() {
     for _ in 0..2 {
         let (code, text, stderr) = draw(&plan, &[]);
         assert!(code == 0 && text.contains("Drawn: ") && drawn(&plan), "{text}{stderr}");
+        let drawing = fs::read_to_string(&plan).expect("a file");
+        assert!(drawing.contains("Bars mark depths, they are narrower than the tip."), "{drawing}");
     }
     fs::write(&notes, "years").expect("writable");
     fs::write(&other, "<svg xmlns=\"http://www.w3.org/2000/svg\"></svg>\n").expect("writable");
@@ -43,6 +45,18 @@ fn a_drawing_replaces_a_drawing_and_nothing_else() {
     assert!(code == 1 && stderr.contains("is a folder"), "{stderr}");
     assert_eq!(run(&["plan", utf8(&protocol), "--rig", utf8(&rig), "--force"]).0, 2);
     assert_eq!(names(place.path()), ["logo.svg", "notes.md", "plan.svg"]);
+}
+
+/// A depth that is probably in metres is noted, not refused.
+#[test]
+fn a_depth_in_metres_is_noted() {
+    let (rig, protocol) = (rigs().join("sim.toml"), protocol("five-pokes.toml"));
+    let plan = |more: &[&str]| run(&[&["plan", utf8(&protocol), "--rig", utf8(&rig)][..], more].concat());
+    let (code, text, stderr) = plan(&["--set", "deep_mm=0.003"]);
+    let noted = text.contains("note: step ") && text.contains("it goes 0.0030 mm deep");
+    assert!(code == 3 && noted && text.contains("0.0030 m would be 3.0 mm"), "{text}{stderr}");
+    let (code, text, _) = plan(&[]);
+    assert!(code == 0 && !text.contains("note:"), "{text}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What the bench will do for a protocol, and what speaks against it, before anything moves.
 //!
 //! [`Plan::new`] lays the motions of all steps one after the other with their times, and lists every [`Violation`] of what the
-//! [`Bench`] can and may do. Only a [`CheckedPlan`] is run.
+//! [`Bench`] can and may do. Only a [`CheckedPlan`] is run. What can be done and is probably not meant is in [`Plan::doubts`].
 //!
 //! Times are those of ideal trapezoids ([`Trapezoid`]); forces are estimates from a range of stiffness ([`pad_stiffness_n_per_m`]):
 //! linear, one poke at a time, no lateral reaction. The phantom is taken for a box, of which the tip touches the face that it looks at;
@@ -13,6 +13,7 @@
 mod bench;
 mod canvas;
 mod check;
+mod doubt;
 mod drawing;
 #[cfg(test)]
 mod fixture;

@@ -65,7 +65,7 @@ pub(super) fn draw(canvas: &mut Canvas, plan: &Plan, bench: &Bench, top: f64, le
     let normal = normal * normal[normal.iamax()].signum();
     let at_mm = normal.dot(&bench.mounting.tip_at([0.0; AXES])) * 1e3;
     let caption = format!(
-        "The plane {} = {at_mm:.1} mm. Above: numbers of the pokes. Below: largest depth (mm).",
+        "The plane {} = {at_mm:.1} mm. Above: numbers of the pokes. Below: largest depth (mm). Bars mark depths, they are narrower than the tip.",
         name(normal)
     );
     canvas.text([left, top], Anchor::Start, &caption);

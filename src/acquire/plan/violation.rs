@@ -34,16 +34,19 @@ impl From<&PlannedStep> for At {
     }
 }
 
+impl fmt::Display for At {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { id, kind, line, poke } = self;
+        write!(f, "step {id} ({}, line {line})", kind.name())?;
+        poke.map_or(Ok(()), |poke| write!(f, ", poke {poke}"))
+    }
+}
+
 impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.at {
             None => f.write_str("bench")?,
-            Some(At { id, kind, line, poke }) => {
-                write!(f, "step {id} ({}, line {line})", kind.name())?;
-                if let Some(poke) = poke {
-                    write!(f, ", poke {poke}")?;
-                }
-            }
+            Some(at) => at.fmt(f)?,
         }
         write!(f, ": {}", self.breach)?;
         if self.times > 1 { write!(f, " (in {} repeats)", self.times) } else { Ok(()) }
