@@ -148,6 +148,12 @@ pub enum DatasetError {
         /// The columns that the header names.
         found: Vec<String>,
     },
+    /// A file that is no table.
+    #[error("{}: no table: its first line is not text; expected a table (CSV) that begins with the names of its columns", file.display())]
+    NoTable {
+        /// The file.
+        file: PathBuf,
+    },
     /// A column that stands in the header twice.
     #[error("{}, row 1: column {column} stands in the header twice; expected once", file.display())]
     RepeatedColumn {

@@ -79,4 +79,23 @@ mod tests {
             assert!(refused.contains(words), "{refused}");
         }
     }
+
+    /// Whatever a file holds, a terminal is not told to obey it.
+    #[test]
+    fn a_file_that_is_no_table_is_not_shown() {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let file = place.path().join("garbage.csv");
+        let long = format!("{HEAD}8,{}\u{1b}[31m,0,0\n", "x".repeat(500)).into_bytes();
+        for (bytes, words) in [
+            (&b"\x7fELF\x02\x01\x01\x00\x1b[2J"[..], "garbage.csv: no table: its first line is not text"),
+            (b"\x89PNG,\xff\xfe,poke\n", "garbage.csv: no table"),
+            (b"one,two\n", "no column"),
+            (&long, "fields"),
+        ] {
+            std::fs::write(&file, bytes).expect("written");
+            let refused = read_planned_pokes(&file).expect_err("refused").to_string();
+            let plain = !refused.contains(char::is_control) && refused.len() < 400;
+            assert!(refused.contains(words) && plain, "{refused:?}");
+        }
+    }
 }

@@ -13,6 +13,9 @@ use std::path::{Path, PathBuf};
 const WHOLE: &str = "a whole number from 0 to 4294967295";
 const DECIMAL: &str = "a decimal number such as 0.0125 or 1.25e-2";
 
+/// Characters of a field that a message shows: more than any number or heading of a recording has.
+const MOST_SHOWN: usize = 40;
+
 impl RowStart {
     /// The line of the row in `file`, counted anew: only refusals need it, and the CSV reader's own count names
     /// the first of the blank lines before a row instead of the row. 0 when the file can't be read any more.
@@ -56,11 +59,7 @@ impl<const N: usize> Table<N> {
         let mut at = [0; N];
         for (place, &column) in at.iter_mut().zip(&columns) {
             let mut found = names.iter().enumerate().filter(|(_, n)| *n == column).map(|(i, _)| i);
-            *place = found.next().ok_or_else(|| DatasetError::MissingColumn {
-                file: file.to_owned(),
-                column,
-                found: names.clone(),
-            })?;
+            *place = found.next().ok_or_else(|| missing(file, column, header))?;
             if found.next().is_some() {
                 return Err(DatasetError::RepeatedColumn { file: file.to_owned(), column });
             }
@@ -82,7 +81,7 @@ impl<const N: usize> Table<N> {
                 row: self.line(self.row()),
                 found: self.record.len(),
                 expected: self.width,
-                last: String::from_utf8_lossy(last).into_owned(),
+                last: shown(last),
             });
         }
         Ok(more)
@@ -148,10 +147,27 @@ impl<const N: usize> Table<N> {
             file: self.file.clone(),
             row: self.line(self.row()),
             column: self.columns[which],
-            value: String::from_utf8_lossy(&self.record[self.at[which]]).into_owned(),
+            value: shown(&self.record[self.at[which]]),
             expected,
         }
     }
+}
+
+/// A column is missing: from the header of a table, or because this is none.
+fn missing(file: &Path, column: &'static str, header: &csv::ByteRecord) -> DatasetError {
+    let is_text = |name: &[u8]| std::str::from_utf8(name).is_ok_and(|n| !n.trim().contains(char::is_control));
+    if !header.iter().all(is_text) {
+        return DatasetError::NoTable { file: file.to_owned() };
+    }
+    DatasetError::MissingColumn { file: file.to_owned(), column, found: header.iter().map(shown).collect() }
+}
+
+/// A field as it may stand in a message, whatever it holds: without what a terminal would obey, and cut off where it is long.
+fn shown(field: &[u8]) -> String {
+    let text = String::from_utf8_lossy(field);
+    let plain = text.trim().chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c });
+    let cut = if text.trim().chars().count() > MOST_SHOWN { "…" } else { "" };
+    plain.take(MOST_SHOWN).chain(cut.chars()).collect()
 }
 
 /// The line of the first byte at or after `start` that is not part of a line end.
