@@ -16,6 +16,19 @@ pub enum SimError {
         /// Wanted cell (m).
         cell_m: f64,
     },
+    /// A disc whose centre does not lie in the surface of the block.
+    #[error(
+        "the {what} at ({}) mm lies {:.3} mm {} the surface of the simulated block, which is flat and known: name a place on it",
+        centre_m.map(|m| format!("{:.3}", 1e3 * m)).join(", "), 1e3 * above_m.abs(), if *above_m > 0.0 { "above" } else { "below" }
+    )]
+    DiscBesideSurface {
+        /// Tip, patch or spot.
+        what: &'static str,
+        /// Its centre (m).
+        centre_m: [f64; 3],
+        /// Height over the side that it faces (m).
+        above_m: f64,
+    },
     /// A disc that is not wholly on one side of the block.
     #[error(
         "the {what} at {centre_m:?} m with radius {radius_m} m does not lie wholly on one side of the block of \

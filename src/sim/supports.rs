@@ -100,7 +100,7 @@ pub(super) struct Support {
 }
 
 impl Patch {
-    /// A disc on the side of the block whose normal is nearest to `normal`; refused when it overhangs.
+    /// A disc on the side of the block whose normal is nearest to `normal`; refused when it lies off it or overhangs.
     pub(super) fn on(
         slab: &Slab,
         what: &'static str,
@@ -109,10 +109,13 @@ impl Patch {
         radius_m: f64,
     ) -> Result<Self, SimError> {
         let axis = normal.abs().imax();
-        let inside = (0..3).all(|a| {
-            let (low, high) = (centre_m[a], slab.size_m[a] - centre_m[a]);
-            if a == axis { low.abs().min(high.abs()) < 1e-9 } else { low.min(high) >= radius_m }
-        });
+        // From the two sides that the disc may lie on, and how far it is from the edges, inwards.
+        let room = |a: usize| [centre_m[a], slab.size_m[a] - centre_m[a]];
+        let above_m = -room(axis).into_iter().min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or_default();
+        if above_m.is_nan() || above_m.abs() >= 1e-9 {
+            return Err(SimError::DiscBesideSurface { what, centre_m, above_m });
+        }
+        let inside = (0..3).filter(|a| *a != axis).all(|a| room(a).into_iter().all(|m| m >= radius_m));
         if !inside || radius_m.is_nan() || radius_m <= 0.0 {
             return Err(SimError::DiscOffSurface { what, centre_m, radius_m, size_m: slab.size_m });
         }
@@ -212,5 +215,26 @@ impl Restraint {
     pub(super) fn supports(&self, unknowns: &Unknowns) -> Result<Vec<Support>, SimError> {
         let rows = self.patch(&unknowns.mesh.slab)?.rows(self.shape(), unknowns);
         Ok(rows.into_iter().map(|row| Support { row, compliance: self.compliance() }).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_disc_off_the_surface_and_one_over_an_edge_are_told_apart() {
+        let slab = Slab { size_m: [0.1, 0.15, 0.025], glue_end_m: 0.04 };
+        let on = |centre_m: [f64; 3]| Patch::on(&slab, "tip", centre_m, Vec3::z(), 0.008);
+        let said = |centre_m| on(centre_m).expect_err("refused").to_string();
+        assert!(on([0.05, 0.07, 0.025]).is_ok() && on([0.05, 0.07, 0.0]).is_ok());
+        let above = said([0.05, 0.07, 0.025_071]);
+        assert!(
+            above.starts_with("the tip at (50.000, 70.000, 25.071) mm lies 0.071 mm above the surface"),
+            "{above}"
+        );
+        assert!(said([0.05, 0.07, 0.024]).contains("lies 1.000 mm below the surface"));
+        assert!(said([0.005, 0.07, 0.025]).contains("does not lie wholly on one side"));
+        assert!(on([0.05, 0.07, f64::NAN]).is_err() && on([f64::NAN, 0.07, 0.025]).is_err());
     }
 }
