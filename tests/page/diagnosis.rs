@@ -273,6 +273,7 @@ fn a_meagre_diagnosis_still_makes_a_page() {
     diagnosis.baseline.held_out_chi2_per_dof = f64::NAN;
     diagnosis.baseline.young_modulus_pa.sd = f64::INFINITY;
     let text = diagnosis_page(&diagnosis, &recording, &Map::new()).expect("a page");
+    assert!(text.contains("are not those of fit.html"), "what “Nothing left out” is, beside its figures");
     let Some(mut browser) = browser::start(SCREEN.0, SCREEN.1) else { return };
     let file = synthetic::kept_folder("diagnosis-meagre").join("diagnosis.html");
     fs::write(&file, text).expect("a file");
