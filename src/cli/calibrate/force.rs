@@ -17,7 +17,7 @@ use std::path::PathBuf;
 /// where all weights pull through it), the sensor's reading fx_n … fz_n, tx_nm … tz_nm with its own zero left as it is, and, if known, time_s and
 /// temperature_c. A weight that the others contradict is named and kept: leave its line out by --leave-out. Gains that no sensor has are doubted,
 /// with the unit that explains them, and no set takes them. Writes force.html, force.json and force.toml (for `calibrate set`). Exit code 3:
-/// something is doubtful; a line that was left out as asked is not.
+/// something is doubtful, also a zero that moves in the drift log; a line that was left out as asked is not.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig calibrate force calibration/raw/weights.csv --out calibration/force
@@ -199,9 +199,10 @@ fn doubtful(found: &ForceFound, doubts: &[String], wander: Option<&Drift>) -> Ve
     }
     if let Some(wander) = wander {
         for trend in wander.trends.iter().filter(|t| t.is_there()) {
+            let unit = if trend.component.starts_with('F') { "N" } else { "N·m" };
             remarks.push(format!(
-                "the zero of {} moves by {:+.2e} ± {:.1e} a {}",
-                trend.component, trend.slope, trend.sd, trend.per
+                "the zero of {} moves by {:+.2e} ± {:.1e} {} per {}",
+                trend.component, trend.slope, trend.sd, unit, trend.per
             ));
         }
         if wander.not_apart {

@@ -50,7 +50,8 @@ pub fn force_page(
         })
         .collect();
     let head = ["Reading", "Zero", "Drift an hour", "Drift a kelvin", "Noise of a row"];
-    sheet.table("Zero and noise", &head, &rows, "N and N·m.");
+    let note = "N and N·m. The drift is that of the zero while the weights hung, from the times and temperatures of their table; – where it has none.";
+    sheet.table("Zero and noise", &head, &rows, note);
     let degrees = |k: usize| {
         format!("{:+.3} ± {:.3}", found.turn_rad[k].to_degrees(), found.turn_sd_rad[k].to_degrees())
     };
@@ -106,7 +107,12 @@ fn drifted(sheet: &mut Sheet, drift: &Drift) {
     } else {
         "p: chance of such a slope in any of the rows where there is none."
     };
-    sheet.table("Drift of the zero", &["Slope", "N or N·m", "p", "Verdict"], &rows, note);
+    sheet.table(
+        "Drift of the zero in the log without load",
+        &["Slope", "N or N·m", "p", "Verdict"],
+        &rows,
+        note,
+    );
     let traces = |range: std::ops::Range<usize>| -> Vec<Trace> {
         range
             .map(|c| Trace {
