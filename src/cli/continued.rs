@@ -24,10 +24,22 @@ pub(super) struct ContinueArguments {
     #[arg(long = "continue", value_name = "COMMAND", conflicts_with = "print_only")]
     command: Option<String>,
     /// Confidence at which a reading that stands alone is enough
-    #[arg(long, value_name = "SHARE", default_value_t = 0.95, requires = "command")]
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value_t = 0.95,
+        requires = "command",
+        allow_negative_numbers = true
+    )]
     pub(super) confidence: f64,
     /// Bench time that the pokes may take
-    #[arg(long, value_name = "S", default_value_t = 300.0, requires = "command")]
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 300.0,
+        requires = "command",
+        allow_negative_numbers = true
+    )]
     budget_s: f64,
     /// Choose the pokes at random from this seed: to compare with
     #[arg(long, value_name = "SEED", requires = "command")]

@@ -41,7 +41,7 @@ pub(super) struct DiagnoseArguments {
     #[arg(long)]
     quick: bool,
     /// Share of recordings without anything left out in which a mismatch may be called
-    #[arg(long, value_name = "SHARE", default_value_t = FALSE_ALARM)]
+    #[arg(long, value_name = "SHARE", default_value_t = FALSE_ALARM, allow_negative_numbers = true)]
     false_alarm: f64,
     /// Write no folder; only say what was found
     #[arg(long, conflicts_with_all = ["out", "force"])]

@@ -35,7 +35,7 @@ pub(super) struct DotsArguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Smallest and largest radius of a dot (px), in place of finding out
-    #[arg(long, value_name = "MIN,MAX", value_delimiter = ',', num_args = 1)]
+    #[arg(long, value_name = "MIN,MAX", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     radius_px: Vec<f64>,
     /// Replace whatever is there
     #[arg(long)]

@@ -31,7 +31,13 @@ pub(super) struct BlockExperimentArguments {
     #[arg(long)]
     unequal: bool,
     /// Signal-to-noise ratios in decibels; `inf` is no noise
-    #[arg(long, value_delimiter = ',', default_value = "20,30,40,50,60,inf", value_name = "DB")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "20,30,40,50,60,inf",
+        value_name = "DB",
+        allow_hyphen_values = true
+    )]
     snr_db: Vec<f64>,
     /// Mesh that the data come from
     #[arg(long, value_enum, default_value_t = DataMesh::Same)]

@@ -50,7 +50,7 @@ pub(super) struct FitArguments {
     #[arg(long)]
     quick: bool,
     /// Radius of the patches through which springs pull
-    #[arg(long, value_name = "MM", default_value_t = PATCH_RADIUS_MM)]
+    #[arg(long, value_name = "MM", default_value_t = PATCH_RADIUS_MM, allow_negative_numbers = true)]
     patch_radius_mm: f64,
 }
 

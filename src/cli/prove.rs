@@ -47,10 +47,10 @@ pub(super) struct ProveArguments {
     #[arg(long)]
     quick: bool,
     /// Strength from which on an effect counts as above the limit of detection
-    #[arg(long, value_name = "STRENGTH", default_value_t = 0.0)]
+    #[arg(long, value_name = "STRENGTH", default_value_t = 0.0, allow_negative_numbers = true)]
     detection_limit: f64,
     /// Strength over the norm of the readings from which on it does; elements misplace such a share
-    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, allow_negative_numbers = true)]
     detection_share: f64,
     /// Keep the page of each diagnosis that is made, in DIR/pages; some 5 MB each
     #[arg(long)]

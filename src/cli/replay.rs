@@ -25,7 +25,7 @@ pub(super) struct ReplayArguments {
     #[arg(value_name = "SESSION")]
     session: PathBuf,
     /// So many times as fast as it was recorded; by default as fast as it can be read
-    #[arg(long, value_name = "TIMES")]
+    #[arg(long, value_name = "TIMES", allow_negative_numbers = true)]
     speed: Option<f64>,
     /// The new session: a folder that does not exist yet
     #[arg(long, value_name = "SESSION")]

@@ -157,6 +157,26 @@ pub(super) fn holds_anything(info: &Info) -> bool {
     info.topics.values().any(|extent| extent.messages > 0)
 }
 
+/// What is missing in whatever is made of a session, because it is missing there; nothing where the session is whole.
+pub(super) fn lacks(session: &Session) -> anyhow::Result<Option<String>> {
+    let (name, info) = (session.folder().display(), session.info()?);
+    let mut lost = Vec::new();
+    if info.outcome.is_none() {
+        lost.push("it has no end, its recording was cut off".to_owned());
+    }
+    if info.unreadable_bytes > 0 {
+        lost.push(format!("{} bytes of it can't be read", info.unreadable_bytes));
+    }
+    let says = || {
+        format!(
+            "{name}: {}: what is missing there is missing here; `phantom-rig session recover {name} --out {name}-recovered` says how \
+             much that is",
+            lost.join(", and ")
+        )
+    };
+    Ok((!lost.is_empty()).then(says))
+}
+
 /// What to do with a session that is damaged.
 pub(super) fn rescued(session: &Path) -> String {
     let name = session.display();

@@ -2,18 +2,19 @@
 
 use super::look::{late, missing, seen};
 use super::recorded_run::MESH;
-use super::session::{SessionPath, holds_anything, rescued};
-use super::{Context, Exit, Kind, Outcome, StagedFolder};
+use super::session::{SessionPath, holds_anything, lacks, rescued};
+use super::{Context, Exit, Kind, Outcome, StagedError, StagedFolder};
 use crate::dataset::{read_bundle, read_mesh, read_seen_sessions, write_bundle};
 use crate::session::{Info, Session};
 use crate::units::counted;
 use anyhow::{Context as _, anyhow, bail};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// What is to be written where.
 #[derive(Debug, Args)]
+#[command(group(ArgGroup::new("written").args(["bundle", "csv"]).required(true).multiple(true)))]
 pub(super) struct ExportArguments {
     #[command(flatten)]
     path: SessionPath,
@@ -21,7 +22,7 @@ pub(super) struct ExportArguments {
     #[arg(value_name = "SESSION")]
     more: Vec<PathBuf>,
     /// Write a recording bundle into this folder (this or --csv, or both)
-    #[arg(long, value_name = "BUNDLE", required_unless_present = "csv")]
+    #[arg(long, value_name = "BUNDLE")]
     bundle: Option<PathBuf>,
     /// Write force.csv, stage.csv, markers.csv and events.csv into this folder
     #[arg(long, value_name = "DIR")]
@@ -57,22 +58,31 @@ pub(super) fn export(arguments: &ExportArguments, context: &Context) -> anyhow::
     for folder in &arguments.more {
         sessions.push(Session::open(folder)?);
     }
+    // A place that is taken is told before any pictures are followed, which takes a while.
+    let place = |folder: &Option<PathBuf>, kind| -> Result<_, StagedError> {
+        let Some(folder) = folder else { return Ok(None) };
+        Ok(Some((folder.clone(), StagedFolder::new(folder, kind, arguments.force)?)))
+    };
+    let (into, tables) = (place(&arguments.bundle, Kind::Recording)?, place(&arguments.csv, Kind::Tables)?);
+    let mut remarks = Vec::new();
+    for session in &sessions {
+        remarks.extend(lacks(session)?);
+    }
     let mut told = Vec::new();
     // First: where it is refused, no tables are written either.
     let mut bundled = None;
-    if let Some(folder) = &arguments.bundle {
-        let written = bundle(folder, &sessions, arguments, context, &mut told)?;
-        told.extend(written.remarks.iter().map(|r| format!("note: {r}")));
+    if let Some((folder, staged)) = into {
+        let written = bundle(&folder, staged, &sessions, arguments, context, &mut told)?;
+        remarks.extend(written.remarks.iter().cloned());
         bundled = Some(written);
     }
-    if let Some(folder) = &arguments.csv {
-        let staged = StagedFolder::new(folder, Kind::Tables, arguments.force)?;
+    if let Some((folder, staged)) = tables {
         let files = session.export_csv(staged.path())?.len();
         staged.finish()?;
         told.push(format!("{}: {files} tables", folder.display()));
     }
+    told.extend(remarks.iter().map(|remark| format!("note: {remark}")));
     let of = bundled.as_ref();
-    let remarks = of.map_or(&[][..], |b| b.remarks.as_slice());
     Ok(Outcome {
         exit: if remarks.is_empty() { Exit::Good } else { Exit::Degraded },
         text: told.join("\n"),
@@ -89,9 +99,10 @@ pub(super) fn export(arguments: &ExportArguments, context: &Context) -> anyhow::
     })
 }
 
-/// Writes sessions as one recording bundle, and adds to `told` what became of it.
+/// Writes sessions as one recording bundle, which is to appear at `folder`, and adds to `told` what became of it.
 fn bundle(
     folder: &Path,
+    staged: StagedFolder,
     sessions: &[Session],
     arguments: &ExportArguments,
     context: &Context,
@@ -117,7 +128,6 @@ fn bundle(
             None => error,
         }
     })?;
-    let staged = StagedFolder::new(folder, Kind::Recording, arguments.force)?;
     write_bundle(&from.recording, staged.path()).context("the bundle")?;
     // A mesh of another phantom shows first where a fit reads the bundle.
     if let Err(error) = read_bundle(staged.path()) {

@@ -135,6 +135,47 @@ fn a_session_whose_camera_stood_nobody_knows_where_becomes_no_bundle() {
     assert_eq!(names(place.path()), ["blind", "noreg", "tables", "without"]);
 }
 
+/// What can be known at once is not told after a minute's work: nothing else that speaks against it is found first.
+#[test]
+fn a_place_that_is_taken_is_told_first() {
+    let place = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| place.path().join(name);
+    let (session, taken, known) = (at("session"), at("taken"), at("known.toml"));
+    record(&session, Some(camera(true)));
+    fs::create_dir(&taken).expect("writable");
+    for file in [&taken.join("years"), &known] {
+        fs::write(file, "years").expect("writable");
+    }
+    for option in ["--bundle", "--csv"] {
+        let (code, _, stderr) = run(&["session", "export", utf8(&session), option, utf8(&taken)]);
+        assert!(code == 1 && stderr.contains("taken exists"), "{stderr}");
+    }
+    // Its rig file lists no fiducials: that would be told next.
+    let find = ["calibrate", "registration", utf8(&session), "--out", utf8(&known)];
+    let (code, _, stderr) = run(&find);
+    assert!(code == 1 && stderr.contains("known.toml exists"), "{stderr}");
+    assert_eq!(names(place.path()), ["known.toml", "session", "taken"]);
+}
+
+#[test]
+fn what_is_made_of_a_session_that_was_cut_off_says_so() {
+    let place = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| place.path().join(name);
+    let (session, torn) = (at("session"), at("torn"));
+    record(&session, None);
+    fs::create_dir(&torn).expect("writable");
+    fs::copy(session.join("manifest.json"), torn.join("manifest.json")).expect("a copy");
+    let bytes = fs::read(session.join("session.mcap")).expect("a file");
+    fs::write(torn.join("session.mcap"), &bytes[..bytes.len() - 40]).expect("writable");
+    let export =
+        |session: &Path, to: &str| run(&["session", "export", utf8(session), "--csv", utf8(&at(to))]);
+    let (code, text, stderr) = export(&torn, "torn-tables");
+    let said = text.contains("torn: ") && text.contains("can't be read") && text.contains("missing here");
+    assert!(code == 3 && said, "{code} {text}{stderr}");
+    let (code, text, _) = export(&session, "tables");
+    assert!(code == 0 && !text.contains("note:"), "{code} {text}");
+}
+
 #[test]
 fn an_empty_session_is_said_to_be_empty() {
     let place = tempfile::tempdir().expect("a folder");

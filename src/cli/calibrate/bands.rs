@@ -27,7 +27,7 @@ pub(in crate::cli) struct BandsArguments {
     #[command(flatten)]
     read: SpecimenArguments,
     /// Pull of all bands together on the rig (N); half of the greatest one when left out
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pretension_n: Option<f64>,
     /// Bands side by side in the machine
     #[arg(long, value_name = "COUNT", default_value_t = 1,

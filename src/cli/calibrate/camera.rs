@@ -38,10 +38,10 @@ pub(in crate::cli) struct CameraArguments {
     #[arg(long)]
     rows: usize,
     /// From the middle of a dot to the next, or the side of a square (mm)
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pitch_mm: f64,
     /// Radius of a dot (mm)
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     radius_mm: Option<f64>,
     /// Find k3 too: for wide lenses, with points up to the corners
     #[arg(long)]

@@ -37,19 +37,19 @@ pub(in crate::cli) struct ForceArguments {
     #[arg(long, value_name = "TEXT", default_value = "")]
     serial: String,
     /// Gravity at the bench (m/s²)
-    #[arg(long, value_name = "M_S2", default_value_t = Known::default().gravity_m_s2)]
+    #[arg(long, value_name = "M_S2", default_value_t = Known::default().gravity_m_s2, allow_negative_numbers = true)]
     gravity: f64,
     /// Standard deviation of each weight, over its mass
-    #[arg(long, value_name = "SHARE", default_value_t = Known::default().mass_share)]
+    #[arg(long, value_name = "SHARE", default_value_t = Known::default().mass_share, allow_negative_numbers = true)]
     mass_share: f64,
     /// Standard deviation of all weights together with gravity, over their size
-    #[arg(long, value_name = "SHARE", default_value_t = Known::default().scale_share)]
+    #[arg(long, value_name = "SHARE", default_value_t = Known::default().scale_share, allow_negative_numbers = true)]
     scale_share: f64,
     /// Standard deviation of each direction (degrees)
-    #[arg(long, value_name = "DEG", default_value_t = 0.115)]
+    #[arg(long, value_name = "DEG", default_value_t = 0.115, allow_negative_numbers = true)]
     direction_deg: f64,
     /// Standard deviation of each lever (mm)
-    #[arg(long, value_name = "MM", default_value_t = 0.2)]
+    #[arg(long, value_name = "MM", default_value_t = 0.2, allow_negative_numbers = true)]
     lever_mm: f64,
     /// Lines of the table to leave out
     #[arg(long, value_name = "LINE", value_delimiter = ',')]

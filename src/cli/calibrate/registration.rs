@@ -29,7 +29,7 @@ pub(in crate::cli) struct RegistrationArguments {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// A fiducial is at most so far from where the others put it (mm)
-    #[arg(long, value_name = "MM", default_value_t = 1.0)]
+    #[arg(long, value_name = "MM", default_value_t = 1.0, allow_negative_numbers = true)]
     tolerance_mm: f64,
     /// Replace the file when it exists
     #[arg(long)]
@@ -46,6 +46,8 @@ pub(super) fn run(arguments: &RegistrationArguments, context: &Context) -> anyho
     if !(tolerance_mm.is_finite() && tolerance_mm > 0.0) {
         return Err(UsageError(format!("--tolerance-mm {tolerance_mm}: expected more than 0")).into());
     }
+    // A place that is taken is told before any pictures are followed, which takes a while.
+    let staged = StagedFile::new(&arguments.out, arguments.force)?;
     let session = Session::open(&arguments.session)?;
     let name = arguments.session.display();
     let Some(camera) = &session.start().camera else { bail!("{name}: it has no camera") };
@@ -70,7 +72,6 @@ pub(super) fn run(arguments: &RegistrationArguments, context: &Context) -> anyho
         })
         .collect();
     let found = register(&pairs).with_context(|| format!("{name}: the registration"))?;
-    let staged = StagedFile::new(&arguments.out, arguments.force)?;
     let file = RegistrationFile::new(&found, utc_text(SystemTime::now()), session.start().name.clone());
     let out = arguments.out.display();
     std::fs::write(staged.path(), file.text()?).with_context(|| format!("{out}: can't be written"))?;

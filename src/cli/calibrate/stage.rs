@@ -29,13 +29,13 @@ pub(in crate::cli) struct StageArguments {
     #[arg(long, value_name = "FILE")]
     block: Option<PathBuf>,
     /// What the tip itself yields (µm/N)
-    #[arg(long, value_name = "UM_PER_N", default_value_t = 0.0)]
+    #[arg(long, value_name = "UM_PER_N", default_value_t = 0.0, allow_negative_numbers = true)]
     tip_um_per_n: f64,
     /// Standard deviation of that
-    #[arg(long, value_name = "UM_PER_N", default_value_t = 0.0)]
+    #[arg(long, value_name = "UM_PER_N", default_value_t = 0.0, allow_negative_numbers = true)]
     tip_sd_um_per_n: f64,
     /// Standard deviation of the gauge's own scale (µm/m)
-    #[arg(long, value_name = "UM_PER_M", default_value_t = 100.0)]
+    #[arg(long, value_name = "UM_PER_M", default_value_t = 100.0, allow_negative_numbers = true)]
     gauge_um_per_m: f64,
     /// Which stage
     #[arg(long, value_name = "TEXT", default_value = "")]

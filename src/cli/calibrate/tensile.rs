@@ -29,7 +29,13 @@ pub(in crate::cli) struct TensileArguments {
     #[command(flatten)]
     read: SpecimenArguments,
     /// Strains that are fitted: lowest and highest
-    #[arg(long, value_name = "LOW,HIGH", value_delimiter = ',', default_value = "0,0.5")]
+    #[arg(
+        long,
+        value_name = "LOW,HIGH",
+        value_delimiter = ',',
+        default_value = "0,0.5",
+        allow_hyphen_values = true
+    )]
     strain: Vec<f64>,
 }
 
