@@ -1,6 +1,7 @@
 //! `demo`: the main job from end to end on a simulated bench that conceals something: run, export, fit, diagnose, and the answer.
 
 use super::conceal::seal_answer;
+use super::interrupt::{keep, so_far};
 use super::look::{late, seen};
 use super::planned::{Planned, PlannedArguments};
 use super::proof::{Manifest, ProofFolder, Seal, bundle_sum, digest, draw_name, hex, read_sums, replace};
@@ -71,6 +72,7 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
     };
     let proof = ProofFolder::new(&out);
     proof.make()?;
+    keep(&out);
 
     tell(&format!("Seed {seed}. A bench is drawn, with an effect that it does not tell."));
     let planned = plan_on(&TRIES[0], &out)?;
@@ -97,7 +99,7 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
         let why = told(stopped, &recorded.ran);
         tries += 1;
         if recorded.ran.asked || !stood_still(stopped.tripped.cause) || tries == TRIES.len() {
-            bail!("{}: stopped: {why}", session.display());
+            bail!("{}: stopped: {why}; {}", session.display(), so_far(&out));
         }
         let aside = out.join(format!("stopped-{tries}"));
         fs::rename(&session, &aside).with_context(|| format!("{}: can't be moved", session.display()))?;
@@ -156,7 +158,7 @@ fn plan_on(rig: &Rig, folder: &Path) -> anyhow::Result<Planned> {
     for (file, text) in [(file.clone(), rig.text), (protocol.clone(), PROTOCOL)].into_iter().chain(beside) {
         fs::write(&file, text).with_context(|| format!("{}: can't be written", file.display()))?;
     }
-    PlannedArguments::of_table(&protocol, &file).read()
+    PlannedArguments::of_files(&protocol, &file).read()
 }
 
 /// Whether a run on a bench without faults may be stopped so because the computer stood still.

@@ -2,6 +2,7 @@
 
 use super::staged::remove_staged;
 use std::io::{IsTerminal, Write as _};
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 /// What Ctrl-C exits with: 128 + SIGINT.
@@ -12,14 +13,31 @@ type Hook = Box<dyn Fn() + Send>;
 /// What is to be done instead of ending the program.
 static HOOK: Mutex<Option<Hook>> = Mutex::new(None);
 
+/// A folder that is filled piece by piece, and stays.
+static KEPT: Mutex<Option<PathBuf>> = Mutex::new(None);
+
 /// Makes Ctrl-C and a polite kill remove what is staged and exit with 130, unless somebody holds [`Interrupts`].
 pub(super) fn listen() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| {
         if let Some(hook) = HOOK.lock().unwrap_or_else(PoisonError::into_inner).as_ref() {
             return hook();
         }
-        end("")
+        let kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        end(&kept.map_or_else(String::new, |folder| format!("; {}", so_far(&folder))))
     })
+}
+
+/// Has an interruption from now on say that this folder stays, as far as it is filled.
+pub(super) fn keep(folder: &Path) {
+    *KEPT.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.to_owned());
+}
+
+/// What is said of a folder that is not filled to its end.
+pub(super) fn so_far(folder: &Path) -> String {
+    format!(
+        "what there is so far is in {}: look at it or remove it, nothing goes on with it",
+        folder.display()
+    )
 }
 
 /// Ends the program as an interruption does, saying this `besides`.

@@ -49,9 +49,9 @@ pub(super) struct Planned {
 const THIN: f64 = 4.0;
 
 impl PlannedArguments {
-    /// A table of pokes on a rig.
-    pub(super) fn of_table(table: &Path, rig: &Path) -> Self {
-        Self { protocol: table.to_owned(), rig: rig.to_owned(), set: Vec::new(), from: None }
+    /// A protocol on a rig, as both stand.
+    pub(super) fn of_files(protocol: &Path, rig: &Path) -> Self {
+        Self { protocol: protocol.to_owned(), rig: rig.to_owned(), set: Vec::new(), from: None }
     }
 
     /// Reads both files.
@@ -86,6 +86,20 @@ impl PlannedArguments {
 }
 
 impl Planned {
+    /// Pokes on a rig. `source` is what refusals call their table; what a session keeps of it is not known yet.
+    pub(super) fn of_pokes(
+        source: &Path,
+        title: &str,
+        pokes: &[PlannedPoke],
+        rig: &Path,
+    ) -> anyhow::Result<Self> {
+        let rig = RigFile::read(rig)?;
+        let bench = bench(&rig)?;
+        let protocol = of_pokes(&source.display().to_string(), title, pokes, rig.rest_s())?;
+        let steps = protocol.expand();
+        Ok(Self { rig, bench, protocol, protocol_text: String::new(), steps, first_poke: 1 })
+    }
+
     /// The plan from where the stage is.
     pub(super) fn plan(&self, start_m: [f64; 2]) -> Plan {
         Plan::new(self.protocol.name(), &self.steps, &self.bench, start_m)

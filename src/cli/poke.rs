@@ -1,7 +1,7 @@
 //! `poke`: more pokes for a session that was recorded, and all of it as one recording: what `diagnose --continue` has a rig do.
 
 use super::look::{late, placed, seen};
-use super::planned::PlannedArguments;
+use super::planned::Planned;
 use super::recorded_run::{How, MESH, passed_s, record, told};
 use super::run_watch::Watch;
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
@@ -145,10 +145,13 @@ fn make(
     first: &StartDocument,
     context: &Context,
 ) -> anyhow::Result<Session> {
-    std::fs::create_dir_all(into).with_context(|| format!("{}: can't be made", into.display()))?;
-    let table = table_of(into, number);
-    write_pokes(&table, pokes, so_far)?;
-    let planned = PlannedArguments::of_table(&table, &arguments.rig).read()?;
+    let left = || {
+        let left = counted(pokes.len(), "poke", "pokes");
+        format!("{}, {left} still to be made", arguments.pokes.display())
+    };
+    let title = format!("{number:02}");
+    let mut planned =
+        Planned::of_pokes(&arguments.pokes, &title, pokes, &arguments.rig).with_context(left)?;
     if planned.rig.public_text() != first.rig.text {
         bail!(
             "{}: is not the rig file that {} was recorded with; nothing was moved",
@@ -157,7 +160,13 @@ fn make(
         );
     }
     // Before anything is opened, as `run` does.
-    planned.plan([0.0, 0.0]).checked()?;
+    planned.plan([0.0, 0.0]).checked().with_context(left)?;
+    // Nothing is left behind by what is refused up to here.
+    std::fs::create_dir_all(into).with_context(|| format!("{}: can't be made", into.display()))?;
+    let table = table_of(into, number);
+    write_pokes(&table, pokes, so_far)?;
+    planned.protocol_text =
+        std::fs::read_to_string(&table).with_context(|| format!("{}: can't be read", table.display()))?;
     let bench = planned.rig.simulated(&planned.pokes())?.map(|bench| bench.later(number as u64));
     let how = How {
         watch: Watch::choose(context, true),
@@ -168,7 +177,12 @@ fn make(
         live: false,
     };
     let folder = into.join(format!("{number:02}"));
-    let recorded = record(&planned, bench, &folder, false, how, context)?;
+    let recorded = record(&planned, bench, &folder, false, how, context).inspect_err(|_| {
+        if !folder.exists() {
+            // Nor by a device that refuses. A folder with sessions in it stays; what can't be removed is in nobody's way.
+            let _ = std::fs::remove_file(&table).and_then(|()| std::fs::remove_dir(into));
+        }
+    })?;
     if let Some(stopped) = &recorded.ran.stopped {
         bail!("{}: stopped: {}", folder.display(), told(stopped, &recorded.ran));
     }

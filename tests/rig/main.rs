@@ -212,10 +212,26 @@ fn stopped_and_gone_on_with() {
     fs::write(&deep, format!("{header}\n{}\n", row.replace("0.0015", "0.04"))).expect("writable");
     let (made, elsewhere, other) = (at("sessions/monday-pokes"), at("elsewhere"), at("other"));
     refused(&deep, rig, &made, "name another place with --into");
-    refused(&deep, rig, &elsewhere, "nothing was moved");
+    refused(
+        &deep,
+        rig,
+        &elsewhere,
+        "deep.csv, 1 poke still to be made: the bench can't do this; nothing was moved",
+    );
     fs::create_dir(&other).expect("a folder");
     let other = self::rig(&other, &[("clearance_mm = 5.0", "clearance_mm = 6.0")]);
     refused(&table, utf8(&other), &elsewhere, "is not the rig file");
+    assert!(!elsewhere.exists(), "a refusal leaves nothing behind");
+}
+
+#[test]
+fn a_demonstration_that_is_interrupted_says_what_it_leaves() {
+    let place = tempfile::tempdir().expect("a folder");
+    let out = place.path().join("demo");
+    let (code, told) = interrupted(&["demo", "--seed", "7", "--out", utf8(&out)], "A bench is drawn");
+    // 1 where the bench had begun to run already, and was stopped.
+    assert!(out.is_dir() && (code == 130 || code == 1), "{code} {told}");
+    assert!(told.contains(&format!("what there is so far is in {}", out.display())), "{told}");
 }
 
 #[test]
