@@ -147,7 +147,9 @@ fn rest(text: &mut String, recording: &Recording, survey: &Survey, noise: &RestN
     writeln!(
         text,
         "\nrest       until {} s: {} frames, every marker in at least {}",
-        recording.rest_until_s, survey.markers.rest_frames, survey.markers.fewest_rest_rows
+        (1e3 * recording.rest_until_s).round() / 1e3,
+        survey.markers.rest_frames,
+        survey.markers.fewest_rest_rows
     )?;
     writeln!(text, "  noise    measured (stated) along x, y, z")?;
     for (name, channel) in noise.channels() {

@@ -66,10 +66,11 @@ fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
     }
 }
 
+/// Prints what a command has to say. A script of completions is no talk about a result, but the result.
 fn print(cli: &Cli, outcome: &Outcome) -> anyhow::Result<Exit> {
     let text = if cli.json {
         serde_json::to_string_pretty(&outcome.json)?
-    } else if cli.quiet {
+    } else if cli.quiet && !matches!(cli.command, Command::Completions(_)) {
         // What failed is told all the same. Nobody is left to be told when standard error is closed.
         if outcome.exit == Exit::Failed {
             let _ = writeln!(io::stderr().lock(), "{}", outcome.text);

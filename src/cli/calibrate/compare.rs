@@ -143,8 +143,19 @@ fn relaxed(diagnosis: &Value, between_s: Option<[f64; 2]>, name: &str) -> anyhow
 fn fitted(value: &Value, key: &str, name: &str) -> anyhow::Result<Fitted> {
     match (value["value"].as_f64(), value["sd"].as_f64()) {
         (Some(value), Some(sd)) if sd >= 0.0 => Ok(Fitted { value, sd }),
-        _ => bail!(
-            "{name}: {key} holds {value}; expected value and sd: what the fit did not determine cannot be compared"
+        (Some(found), _) => bail!(
+            "{name}: {key} is {found} with the standard deviation {}; only what has one, 0 or more, can be compared: leave this reference out",
+            value["sd"]
+        ),
+        (None, _) if value.is_null() => {
+            bail!(
+                "{name}: {key} is not there, or null: nothing was found that could be compared; leave this reference out"
+            )
+        }
+        (None, _) => bail!(
+            "{name}: {key} was not determined: its value is {}, expected a number; the remarks in this file say why. Leave this reference \
+             out, or record pokes that tell it",
+            value["value"]
         ),
     }
 }
@@ -164,6 +175,27 @@ fn side_by_side(bands: &[&ReferenceValue]) -> Option<ReferenceValue> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_not_determined_is_told_by_its_key_and_what_to_do() {
+        let document = json!({
+            "modulus": {"value": null, "sd": null}, "total": {"value": 3.0, "sd": null}, "none": null, "good": {"value": 3.0, "sd": 0.1}
+        });
+        let said = |key: &str| fitted(&document[key], key, "fit.json").map_err(|error| error.to_string());
+        assert_eq!(said("good"), Ok(Fitted { value: 3.0, sd: 0.1 }));
+        for (key, words) in [
+            ("modulus", "fit.json: modulus was not determined: its value is null, expected a number"),
+            ("total", "fit.json: total is 3 with the standard deviation null"),
+            ("none", "fit.json: none is not there, or null"),
+            ("other", "fit.json: other is not there, or null"),
+        ] {
+            let told = said(key).expect_err(key);
+            assert!(
+                told.starts_with(words) && told.to_lowercase().contains("leave this reference out"),
+                "{told}"
+            );
+        }
+    }
 
     /// One term of 0.4 with 10 s, between 5 and 50 s: G = 0.6 + 0.4 e^{−t/10}.
     #[test]
