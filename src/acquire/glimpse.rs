@@ -1,5 +1,6 @@
 //! What the camera sees now, for somebody who asks while a run goes on.
 
+use crate::clock::HostTime;
 use crate::device::{DotInPicture, GreyPicture};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -7,9 +8,13 @@ use std::sync::{Mutex, PoisonError};
 /// A grey picture with its dots.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeenPicture {
+    /// When its frame was grabbed.
+    pub host: HostTime,
+    /// The frame's number.
+    pub number: u32,
     /// The picture.
     pub grey: GreyPicture,
-    /// The dots that are followed.
+    /// The dots that are followed, and what else looks like one.
     pub dots: Vec<DotInPicture>,
 }
 

@@ -2,7 +2,7 @@
 
 use super::picture_files::{GreyPicture, grey_picture, in_folder};
 use super::{Context, Exit, Kind, Outcome, StagedFolder, UsageError};
-use crate::report::{MarkedDot, strip};
+use crate::report::{Mark, MarkedDot, MarkedPicture, strip};
 use crate::session::Session;
 use crate::track::{Dot, DotSettings, Finder, Found, GreyView};
 use crate::units::counted;
@@ -284,9 +284,16 @@ fn ringed(read: &GreyPicture, dots: &[Dot]) -> anyhow::Result<Vec<u8>> {
     let marks = dots.iter().map(|dot| MarkedDot {
         centre_px: dot.centre_px,
         radius_px: dot.radius_px(),
-        certain: dot.is_whole(),
+        number: None,
+        mark: if dot.is_whole() { Mark::Certain } else { Mark::Lost },
     });
-    Ok(strip(&[(read.pixels.size_px, &read.pixels.values, marks.collect())])?)
+    let picture = MarkedPicture {
+        size_px: read.pixels.size_px,
+        levels: &read.pixels.values,
+        dots: marks.collect(),
+        caption: String::new(),
+    };
+    Ok(strip(&[picture], &[])?)
 }
 
 /// A name that no other picture of the folder has.

@@ -13,7 +13,6 @@ use std::path::Path;
 
 /// What the pictures of a session show.
 pub(super) struct Looked {
-    pub(super) eye: Eye,
     pub(super) followed: Followed,
     /// The dots before the first poke, in the camera frame.
     pub(super) resting: Vec<RestingDot>,
@@ -43,7 +42,7 @@ pub(super) fn look(
     let followed = follow(session, &eye, rest, &mut || bar.advance())
         .with_context(|| session.folder().display().to_string())?;
     let resting = dots_at_rest(&followed, rest[0], rest[1]);
-    Ok(Some(Looked { eye, followed, resting }))
+    Ok(Some(Looked { followed, resting }))
 }
 
 /// How the camera of a session lies: as `file` says, otherwise as was known when it was recorded.

@@ -52,6 +52,7 @@ mod run_picture;
 mod run_protocol;
 mod run_view;
 mod run_watch;
+mod seen_dots;
 mod session;
 mod session_export;
 mod side;

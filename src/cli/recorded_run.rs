@@ -95,6 +95,7 @@ pub(super) fn record(
     drop(spinner);
 
     let (start, began) = (start_document(planned, &devices, &mesh_bytes)?, HostTime::now());
+    let session_began = HostTime::from_nanos(start.started_host_ns);
     let writer = if goes_on {
         SessionWriter::continue_session(folder, start)?
     } else {
@@ -108,7 +109,7 @@ pub(super) fn record(
     if how.bias {
         writer.recorder().event(Event::new(HostTime::now(), "bias"));
     }
-    let ran = match carry_out(planned, &mut devices, folder, &writer, how) {
+    let ran = match carry_out(planned, &mut devices, (folder, session_began), &writer, how) {
         Ok(ran) => ran,
         Err(error) => {
             // Nothing was poked; why is the session's end. That it could not be written either is the lesser evil.
@@ -156,11 +157,11 @@ pub(super) fn passed_s(first: &StartDocument) -> f64 {
 /// File of the phantom's mesh in a session's folder.
 pub(super) const MESH: &str = "mesh.msh";
 
-/// Runs the plan on a thread of its own while this one shows it.
+/// Runs the plan on a thread of its own while this one shows it; the session is in `folder` and began then.
 fn carry_out(
     planned: &Planned,
     devices: &mut Devices,
-    folder: &Path,
+    (folder, began): (&Path, HostTime),
     writer: &SessionWriter,
     how: How,
 ) -> anyhow::Result<Ran> {
@@ -190,7 +191,7 @@ fn carry_out(
         pictures: planned.rig.pictures().is_some(),
         note: String::new(),
     };
-    let picture = LivePicture::beside(folder, how.live && title.pictures);
+    let picture = LivePicture::beside(folder, began, how.live && title.pictures);
     let instruments = Instruments {
         stage: &mut *devices.stage,
         force: &mut *devices.force,

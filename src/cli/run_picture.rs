@@ -1,8 +1,9 @@
 //! What the camera sees during a run: a file that is written when somebody asks, or every second.
 
+use super::seen_dots::{LEGEND, caption, marked};
 use crate::acquire::{SeenPicture, Watched};
 use crate::clock::HostTime;
-use crate::report::{MarkedDot, strip};
+use crate::report::{MarkedPicture, strip};
 use anyhow::Context as _;
 use std::fs::Permissions;
 use std::io::Write;
@@ -19,6 +20,8 @@ const EVERYBODY: u32 = 0o666;
 /// The file and when it is due.
 pub(super) struct LivePicture {
     file: PathBuf,
+    /// When the session began.
+    began: HostTime,
     /// When the next is asked for; none where somebody has to ask.
     due: Option<HostTime>,
     /// What became of the last, for the screen.
@@ -26,11 +29,11 @@ pub(super) struct LivePicture {
 }
 
 impl LivePicture {
-    /// Beside a session. `live`: every second.
-    pub(super) fn beside(session: &Path, live: bool) -> Self {
+    /// Beside a session that began then. `live`: every second.
+    pub(super) fn beside(session: &Path, began: HostTime, live: bool) -> Self {
         let mut file = session.as_os_str().to_owned();
         file.push("-live.png");
-        Self { file: file.into(), due: live.then(HostTime::now), note: String::new() }
+        Self { file: file.into(), began, due: live.then(HostTime::now), note: String::new() }
     }
 
     /// Asks for a picture when it is time, and writes the one that is there.
@@ -55,13 +58,13 @@ impl LivePicture {
 
     /// Whole or not at all, so that a viewer that reads again and again never sees half of one.
     fn write(&self, seen: &SeenPicture) -> anyhow::Result<()> {
-        let marks = seen.dots.iter().map(|dot| MarkedDot {
-            centre_px: dot.centre_px,
-            radius_px: dot.radius_px,
-            certain: dot.certain,
-        });
-        let size = [seen.grey.width, seen.grey.height];
-        let png = strip(&[(size, seen.grey.pixels.as_slice(), marks.collect())])?;
+        let picture = MarkedPicture {
+            size_px: [seen.grey.width, seen.grey.height],
+            levels: &seen.grey.pixels,
+            dots: marked(&seen.dots),
+            caption: caption(seen.host.seconds_after(self.began), seen.number, &seen.dots),
+        };
+        let png = strip(&[picture], &LEGEND)?;
         let folder = self.file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let cannot = || format!("{}: can't be written", self.file.display());
         // As any other file is made: whom the system's mask lets read it, may.
@@ -78,15 +81,17 @@ impl LivePicture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::{DotInPicture, GreyPicture};
+    use crate::device::{DotInPicture, GreyPicture, Sight};
 
     #[test]
     fn a_picture_is_written_with_its_rings_and_says_where() {
         let place = tempfile::tempdir().expect("a folder");
-        let mut picture = LivePicture::beside(&place.path().join("monday"), false);
+        let mut picture =
+            LivePicture::beside(&place.path().join("monday"), HostTime::from_nanos(5_000_000_000), false);
         let grey = GreyPicture { width: 40, height: 30, pixels: vec![100; 1200] };
-        let dot = |x, certain| DotInPicture { centre_px: [x, 15.0], radius_px: 4.0, certain };
-        let seen = SeenPicture { grey, dots: vec![dot(10.0, true), dot(30.0, false)] };
+        let dot = |x, sight| DotInPicture { number: Some(7), centre_px: [x, 15.0], radius_px: 4.0, sight };
+        let dots = vec![dot(10.0, Sight::Certain), dot(30.0, Sight::Lost)];
+        let seen = SeenPicture { host: HostTime::from_nanos(6_000_000_000), number: 30, grey, dots };
         picture.write(&seen).expect("written");
         let mode = |name: &str| {
             let permissions = place.path().join(name).metadata().expect("a file").permissions();

@@ -2,11 +2,14 @@
 
 use super::look::{Looked, ON_SURFACE_M, fiducials, look, missing, registration};
 use super::recorded_run::MESH;
+use super::seen_dots::{LEGEND, caption, marked};
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
-use crate::dataset::{Attached, attach_dots, read_mesh};
-use crate::report::{MarkedDot, strip};
+use crate::clock::HostTime;
+use crate::dataset::{Attached, FollowedFrame, attach_dots, read_mesh};
+use crate::device::{DotInPicture, Sight};
+use crate::report::{MarkedPicture, strip};
 use crate::session::{Picture, Pixels, Session};
-use crate::track::Settings;
+use crate::track::{Dot, Settings};
 use anyhow::{Context as _, bail};
 use clap::Args;
 use serde_json::json;
@@ -17,7 +20,8 @@ use std::path::{Path, PathBuf};
 /// Follows the dots through the pictures of a session: 3-D paths in the phantom frame, how sure they are, and pictures to look at.
 ///
 /// Writes markers.csv (paths), dots.csv (each dot: how often it was seen, how much it scatters at rest), overlay.png (what the tracker saw at
-/// six times) and track.json. A dot that is not certain is a gap. `session export --bundle` does the same by itself.
+/// six times: seconds since the session began, the numbers of the dots, how sure they are) and track.json. A dot that is not certain is a
+/// gap. `session export --bundle` does the same by itself.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig track sessions/monday --out sessions/monday-tracked
@@ -189,7 +193,9 @@ fn overlay(session: &Session, looked: &Looked) -> anyhow::Result<Vec<u8>> {
     let frames = &looked.followed.frames;
     let chosen: Vec<usize> = (0..STRIP).map(|i| i * frames.len().saturating_sub(1) / (STRIP - 1)).collect();
     let wanted: Vec<_> = chosen.iter().filter_map(|i| frames.get(*i)).collect();
-    let mut pictures: Vec<(Pixels<u8>, Vec<MarkedDot>)> = Vec::new();
+    let began: Vec<HostTime> =
+        session.parts().iter().map(|part| HostTime::from_nanos(part.start().started_host_ns)).collect();
+    let mut pictures: Vec<(Pixels<u8>, Vec<DotInPicture>, String)> = Vec::new();
     for recorded in session.frames() {
         let recorded = recorded?;
         let Some(frame) =
@@ -198,16 +204,32 @@ fn overlay(session: &Session, looked: &Looked) -> anyhow::Result<Vec<u8>> {
             continue;
         };
         let Some(picture) = recorded.grey.as_ref().and_then(Picture::grey) else { continue };
-        let marks = frame.places.iter().zip(&looked.followed.reference).map(|(place, dot)| MarkedDot {
-            centre_px: (place.as_ref())
-                .and_then(|p| looked.eye.camera.project(p.position_m))
-                .unwrap_or(dot.centre_px),
-            radius_px: dot.radius_px(),
-            certain: place.is_some(),
-        });
-        pictures.push((picture, marks.collect()));
+        let dots = shown(frame, &looked.followed.reference);
+        let began = began.get(frame.segment as usize - 1).copied().unwrap_or(frame.host);
+        let mut said = caption(frame.host.seconds_after(began), frame.number, &dots);
+        if session.segments() > 1 {
+            said = format!("segment {}, {said}", frame.segment);
+        }
+        pictures.push((picture, dots, said));
     }
-    let borrowed: Vec<_> =
-        pictures.iter().map(|(p, marks)| (p.size_px, p.values.as_slice(), marks.clone())).collect();
-    Ok(strip(&borrowed)?)
+    let marked = pictures.iter().map(|(picture, dots, said)| MarkedPicture {
+        size_px: picture.size_px,
+        levels: &picture.values,
+        dots: marked(dots),
+        caption: said.clone(),
+    });
+    Ok(strip(&marked.collect::<Vec<_>>(), &LEGEND)?)
+}
+
+/// All dots of a frame: those with a place, then the others.
+fn shown(frame: &FollowedFrame, reference: &[Dot]) -> Vec<DotInPicture> {
+    let placed = (0..).zip(&frame.places).zip(reference).filter_map(|((number, place), dot)| {
+        Some(DotInPicture {
+            number: Some(number),
+            centre_px: place.as_ref()?.centre_px,
+            radius_px: dot.radius_px(),
+            sight: Sight::Certain,
+        })
+    });
+    placed.chain(frame.unplaced.iter().copied()).collect()
 }

@@ -23,15 +23,30 @@ pub struct MarkerFrame {
     pub markers: Vec<MarkerPosition>,
 }
 
+/// What is known of a dot in a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sight {
+    /// Which one it is, and where it is in space.
+    Certain,
+    /// Something is there, but which dot it is, or where in space, is not certain.
+    Uncertain,
+    /// Nothing was seen of it.
+    Lost,
+    /// It looks like a dot, and is none of those that are followed.
+    New,
+}
+
 /// Where a dot is in a grey picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DotInPicture {
-    /// Centre (px), from the centre of the upper left pixel; where it was last, if it is not certain.
+    /// Its number among those that are followed; none of one that is not.
+    pub number: Option<u32>,
+    /// Centre (px), from the centre of the upper left pixel; where it was last, if the picture does not show it.
     pub centre_px: [f64; 2],
     /// Radius (px).
     pub radius_px: f64,
-    /// Whether it is certain which one it is, and where.
-    pub certain: bool,
+    /// What is known of it.
+    pub sight: Sight,
 }
 
 /// A source of marker positions.
@@ -50,7 +65,7 @@ pub trait MarkerSource: Send {
         None
     }
 
-    /// The dots in the grey picture of the last frame; none where it was not seen in pictures.
+    /// The dots in the grey picture of the last frame, those that are followed first; none where it was not seen in pictures.
     fn dots(&self) -> &[DotInPicture] {
         &[]
     }

@@ -26,7 +26,7 @@ pub use depth_camera::{
 };
 pub use error::DeviceError;
 pub use force::{ForceFormat, ForceIdentity, ForceRecord, ForceSensor, Losses};
-pub use markers::{DotInPicture, MarkerFrame, MarkerPosition, MarkerSource};
+pub use markers::{DotInPicture, MarkerFrame, MarkerPosition, MarkerSource, Sight};
 pub use mounting::{Mounting, SensorMounting, UnreachableSite};
 pub use sequence::{SequenceStep, SequenceTracker};
 pub use stage::{

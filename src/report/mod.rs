@@ -25,7 +25,7 @@ pub use error::ReportError;
 pub use experiment::{experiment_text, write_experiment};
 pub use folder::write_fit;
 pub use instrument::{Curve, SpecimenTable, comparison_page, force_page, specimen_page, stage_page};
-pub use overlay::{MarkedDot, strip};
+pub use overlay::{Mark, MarkedDot, MarkedPicture, strip};
 pub use page::page;
 pub use vtk::{Cells, Field, FieldValues, Grid, write_vtp, write_vtu};
 pub use words::{Verdict, finding, trust, verdict};

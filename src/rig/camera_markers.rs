@@ -6,7 +6,7 @@ use crate::device::{
     DepthCamera, DepthCameraFormat, DepthCameraIdentity, DepthFrame, DeviceError, DotInPicture, FrameLosses,
     MarkerFrame, MarkerPosition, MarkerSource,
 };
-use crate::track::{Camera, DepthView, Dot, GreyView, Settings, State, TrackError, Tracker};
+use crate::track::{Camera, DepthView, GreyView, Settings, ShownDots, State, TrackError, Tracker};
 
 /// Follows the dots of the first frame in which there are enough of them. Positions are for people who watch: offline the dots are followed
 /// anew, from a better frame and with what is known later.
@@ -16,13 +16,13 @@ pub(super) struct CameraMarkers {
     tracker: Option<Tracker>,
     running: bool,
     pictures: Option<DepthFrame>,
-    dots: Vec<DotInPicture>,
+    shown: ShownDots,
 }
 
 impl CameraMarkers {
     /// Without lens and registration there are pictures, but no positions.
     pub(super) fn new(camera: Box<dyn DepthCamera>, eye: Option<(Camera, Registration)>) -> Self {
-        Self { camera, eye, tracker: None, running: false, pictures: None, dots: Vec::new() }
+        Self { camera, eye, tracker: None, running: false, pictures: None, shown: ShownDots::default() }
     }
 
     /// The markers of a frame; none where the pictures cannot be followed.
@@ -41,22 +41,12 @@ impl CameraMarkers {
             Some(tracker) => tracker,
             none => {
                 let reference = Tracker::reference_dots(&grey, &Settings::default())?;
-                let resting = |dot: &Dot| DotInPicture {
-                    centre_px: dot.centre_px,
-                    radius_px: dot.radius_px(),
-                    certain: false,
-                };
-                self.dots = reference.iter().map(resting).collect();
+                self.shown = ShownDots::of_reference(&reference);
                 none.insert(Tracker::new(*camera, Settings::default(), &reference)?)
             }
         };
         let seen = tracker.step(&grey, Some(&depth), frame.host.seconds_after(HostTime::from_nanos(0)))?;
-        for (shown, state) in self.dots.iter_mut().zip(&seen.dots) {
-            shown.certain = matches!(state, State::Certain { place: Ok(_), .. });
-            if let State::Certain { dot, .. } = state {
-                (shown.centre_px, shown.radius_px) = (dot.centre_px, dot.radius_px());
-            }
-        }
+        self.shown.take(&seen);
         let place = |state: &State| match state {
             State::Certain { place: Ok(place), .. } => Some(registration.apply(&place.position_m)),
             State::Certain { place: Err(_), .. } | State::Lost(_) => None,
@@ -79,7 +69,7 @@ impl MarkerSource for CameraMarkers {
             self.running = true;
         }
         let Some(frame) = self.camera.frame(until)? else { return Ok(None) };
-        self.dots.iter_mut().for_each(|dot| dot.certain = false);
+        self.shown.lose();
         let markers = match self.followed(&frame) {
             // A picture with too few dots is one without markers: it is recorded all the same.
             Err(TrackError::TooFewDots { .. }) => Vec::new(),
@@ -99,7 +89,7 @@ impl MarkerSource for CameraMarkers {
     }
 
     fn dots(&self) -> &[DotInPicture] {
-        &self.dots
+        self.shown.dots()
     }
 
     fn recycle(&mut self, pictures: DepthFrame) {

@@ -32,7 +32,7 @@ pub struct Frame {
     /// The dots, in the order of the reference.
     pub dots: Vec<State>,
     /// Detections that are no dot of the reference, or not certainly one.
-    pub strangers: usize,
+    pub strangers: Vec<Dot>,
     /// Standard deviation of the picture's noise (grey levels).
     pub noise: f64,
 }
@@ -164,8 +164,10 @@ impl Tracker {
                 }
             })
             .collect();
-        let certain = dots.iter().filter(|d| matches!(d, State::Certain { .. })).count();
-        Frame { time_s, dots, strangers: found.dots.len() - certain, noise: found.noise }
+        let mut claimed = vec![false; found.dots.len()];
+        identity.iter().flatten().for_each(|j| claimed[*j] = true);
+        let strangers = found.dots.iter().zip(claimed).filter(|(_, claimed)| !claimed).map(|(dot, _)| *dot);
+        Frame { time_s, dots, strangers: strangers.collect(), noise: found.noise }
     }
 
     fn place(

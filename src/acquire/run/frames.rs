@@ -33,6 +33,8 @@ pub(super) fn fetch(
                 recorder.markers(frame);
                 if let Some(pictures) = source.pictures() {
                     watched.show_picture(|| SeenPicture {
+                        host: pictures.host,
+                        number: pictures.number,
                         grey: pictures.grey.clone(),
                         dots: source.dots().to_vec(),
                     });
@@ -134,7 +136,7 @@ mod tests {
         assert_eq!(latch.tripped().map(|t| t.cause), Some(Cause::CameraLost));
         assert_eq!((stops.load(Ordering::SeqCst), source.back), (1, 3));
         // The first, for nobody has asked again.
-        assert_eq!(watched.take_picture().map(|seen| seen.grey.pixels), Some(vec![0; 8]));
+        assert_eq!(watched.take_picture().map(|seen| (seen.number, seen.grey.pixels)), Some((0, vec![0; 8])));
         assert_eq!(watched.take_picture(), None);
         writer.finish(Outcome::Success, Losses::default(), HostTime::now()).expect("finished");
         let session = Session::open(&folder).expect("a session");

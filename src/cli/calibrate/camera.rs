@@ -6,7 +6,7 @@ use crate::calib::lens::{
     Board, BoardKind, Distortion, Finding, LeftOut, LensError, LensFile, LensFound, calibrate_lens_with,
 };
 use crate::cli::{Context, Exit, Outcome, StagedFile, UsageError};
-use crate::report::{MarkedDot, strip};
+use crate::report::{Mark, MarkedDot, MarkedPicture, strip};
 use crate::session::utc_text;
 use crate::units::counted;
 use anyhow::Context as _;
@@ -249,12 +249,18 @@ fn drawn(pictures: &[BoardPicture], found: &LensFound, board: &Board) -> anyhow:
             let marks = picture.view.points.iter().enumerate().map(|(k, point)| MarkedDot {
                 centre_px: point.pixel,
                 radius_px: radius_px(fit.pose.apply(point.board_m).norm(), found, board),
-                certain: !fit.outliers.contains(&k),
+                number: None,
+                mark: if fit.outliers.contains(&k) { Mark::Lost } else { Mark::Certain },
             });
-            (picture.size_px, picture.levels.as_slice(), marks.collect())
+            MarkedPicture {
+                size_px: picture.size_px,
+                levels: &picture.levels,
+                dots: marks.collect(),
+                caption: String::new(),
+            }
         })
         .collect();
-    Ok(strip(&drawn)?)
+    Ok(strip(&drawn, &[])?)
 }
 
 /// How large a point looks from so far.

@@ -5,15 +5,23 @@
 //! twentieth of a pixel, 0.02 at a tenth (on the simulated bench, dots of 4.5 px radius). Each dot is compared with itself at its best, for it may be
 //! half in a shadow while it rests, and with what the other dots of the frame have lost, for motion blurs all of them.
 
-use super::follow::FollowedFrame;
+use super::follow::{FollowedFrame, Place};
 
 /// So much more left unexplained is no full view (share of the variance).
 const MORE: f64 = 0.003;
 /// A dot at its best: better than all but this share of its frames, so that no single one decides.
 const BEST: f64 = 0.02;
 
-/// Takes away the places of dots that were not in full view; how many.
-pub(super) fn leave_out_unclear(frames: &mut [FollowedFrame]) -> u64 {
+/// The place of a dot that was not in full view.
+pub(super) struct Unclear {
+    /// Which of the frames, from 0.
+    pub(super) frame: usize,
+    pub(super) dot: usize,
+    pub(super) place: Place,
+}
+
+/// Takes away the places of dots that were not in full view, and hands them out.
+pub(super) fn leave_out_unclear(frames: &mut [FollowedFrame]) -> Vec<Unclear> {
     let dots = frames.first().map_or(0, |frame| frame.places.len());
     let best: Vec<f64> = (0..dots)
         .map(|dot| {
@@ -21,14 +29,14 @@ pub(super) fn leave_out_unclear(frames: &mut [FollowedFrame]) -> u64 {
             quantile(seen.collect(), BEST)
         })
         .collect();
-    let mut left_out = 0;
-    for frame in frames {
+    let mut left_out = Vec::new();
+    for (number, frame) in frames.iter_mut().enumerate() {
         let seen = frame.places.iter().zip(&best);
         let more: Vec<f64> = seen.filter_map(|(p, best)| Some(p.as_ref()?.unexplained - best)).collect();
         let limit = MORE + quantile(more, 0.5).max(0.0);
-        for (place, best) in frame.places.iter_mut().zip(&best) {
-            if place.take_if(|p| p.unexplained - best > limit).is_some() {
-                left_out += 1;
+        for (dot, (place, best)) in frame.places.iter_mut().zip(&best).enumerate() {
+            if let Some(place) = place.take_if(|p| p.unexplained - best > limit) {
+                left_out.push(Unclear { frame: number, dot, place });
             }
         }
     }
@@ -46,7 +54,6 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::follow::Place;
     use super::*;
     use crate::clock::HostTime;
     use crate::geometry::{Mat3, Vec3};
@@ -63,7 +70,8 @@ mod tests {
             own + if frame == 30 { 0.01 } else { 0.0 }
         };
         let place = |unexplained| {
-            Some(Place { position_m: Vec3::zeros(), covariance_m2: Mat3::identity(), unexplained })
+            let (position_m, covariance_m2) = (Vec3::zeros(), Mat3::identity());
+            Some(Place { position_m, covariance_m2, centre_px: [0.0; 2], unexplained })
         };
         let mut frames: Vec<FollowedFrame> = (0..40)
             .map(|number| FollowedFrame {
@@ -73,15 +81,18 @@ mod tests {
                 places: (0..3)
                     .map(|dot| place(unexplained(number, dot)).filter(|_| dot < 2 || number != 26))
                     .collect(),
+                unplaced: Vec::new(),
                 others: 0,
             })
             .collect();
-        assert_eq!(leave_out_unclear(&mut frames), 21);
+        let left_out = leave_out_unclear(&mut frames);
+        let named = |frame| left_out.iter().filter(|u| u.frame == frame).map(|u| u.dot).collect::<Vec<_>>();
+        assert_eq!((left_out.len(), named(19), named(25)), (21, vec![1], vec![2]));
         for frame in &frames {
             let seen: Vec<bool> = frame.places.iter().map(Option::is_some).collect();
             let expected = [true, frame.number >= 20, ![25, 26].contains(&frame.number)];
             assert_eq!(seen, expected, "{}", frame.number);
         }
-        assert_eq!(leave_out_unclear(&mut []), 0);
+        assert!(leave_out_unclear(&mut []).is_empty());
     }
 }

@@ -1,12 +1,15 @@
 //! The tracker on the frames of a session.
 
-use super::clear::leave_out_unclear;
+use super::clear::{Unclear, leave_out_unclear};
 use super::reference::Thinned;
 use crate::clock::{Beat, HostTime};
 use crate::dataset::DatasetError;
+use crate::device::{DotInPicture, Sight};
 use crate::geometry::{Mat3, Vec3};
 use crate::session::{CameraDocument, Pixels, RecordedFrame, Session, SessionError};
-use crate::track::{Camera, DepthView, Dot, Frame, GreyView, Lost, NoDepth, Settings, State, Tracker};
+use crate::track::{
+    Camera, DepthView, Dot, Frame, GreyView, Lost, NoDepth, Settings, ShownDots, State, Tracker,
+};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -43,6 +46,8 @@ pub struct Place {
     pub position_m: Vec3,
     /// Covariance (m²).
     pub covariance_m2: Mat3,
+    /// Centre in the grey picture (px).
+    pub centre_px: [f64; 2],
     /// Share of the variance around it in the grey picture that a disc does not explain.
     pub unexplained: f64,
 }
@@ -58,6 +63,9 @@ pub struct FollowedFrame {
     pub number: u32,
     /// Each dot of the reference where it is certain, in full view, and has a depth.
     pub places: Vec<Option<Place>>,
+    /// Those that have none, where the picture shows them or showed them last; and what looks like a dot and is none of the reference, or
+    /// not certainly one.
+    pub unplaced: Vec<DotInPicture>,
     /// What looks like a dot, and is none of the reference nor may be one.
     pub others: usize,
 }
@@ -128,6 +136,7 @@ pub fn follow(
         eye,
         reference: &reference,
         tracker: None,
+        shown: ShownDots::default(),
         last: None,
         arrivals_s: Vec::new(),
         counts: FrameCounts::default(),
@@ -151,9 +160,17 @@ pub fn follow(
     let mut counts = walk.counts;
     counts.missing_on_beat = missing_on_beat(&walk.arrivals_s);
     let unclear = leave_out_unclear(&mut followed);
-    if unclear > 0 {
-        counts.seen -= unclear;
-        counts.unseen.insert("partly covered, or a shadow's edge across it", unclear);
+    if !unclear.is_empty() {
+        counts.seen -= unclear.len() as u64;
+        counts.unseen.insert("partly covered, or a shadow's edge across it", unclear.len() as u64);
+    }
+    for Unclear { frame, dot, place } in unclear {
+        followed[frame].unplaced.push(DotInPicture {
+            number: Some(dot as u32),
+            centre_px: place.centre_px,
+            radius_px: reference[dot].radius_px(),
+            sight: Sight::Uncertain,
+        });
     }
     Ok(Followed { reference, hidden_at_first, picture, frames: followed, counts })
 }
@@ -192,6 +209,7 @@ struct Walk<'a> {
     eye: &'a Eye,
     reference: &'a [Dot],
     tracker: Option<Tracker>,
+    shown: ShownDots,
     /// Stretch and number of the last frame.
     last: Option<(u32, u32)>,
     /// When the frames of each stretch came (s).
@@ -225,7 +243,10 @@ impl Walk<'_> {
         // A stretch has a camera that was started anew: nothing is known of how far dots moved meanwhile.
         let tracker = match &mut self.tracker {
             Some(tracker) if before.is_some() => tracker,
-            other => other.insert(Tracker::new(self.eye.camera, self.eye.settings, self.reference)?),
+            other => {
+                self.shown = ShownDots::of_reference(self.reference);
+                other.insert(Tracker::new(self.eye.camera, self.eye.settings, self.reference)?)
+            }
         };
         let [width, height] = grey.size_px;
         let grey = GreyView::new(width, height, width, &grey.values)?;
@@ -233,9 +254,11 @@ impl Walk<'_> {
         let depth = DepthView::new(width, height, width, &depth.values, self.eye.metres_per_unit)?;
         let found = tracker.step(&grey, Some(&depth), time_s)?;
         self.counts.frames += 1;
+        self.shown.take(&found);
+        let unplaced = self.shown.dots().iter().filter(|dot| dot.sight != Sight::Certain).copied().collect();
         let places = found.dots.iter().map(|state| self.counts.place(state)).collect();
         let others = others(&found);
-        Ok(Some(FollowedFrame { segment, host, number, places, others }))
+        Ok(Some(FollowedFrame { segment, host, number, places, unplaced, others }))
     }
 }
 
@@ -243,7 +266,7 @@ impl Walk<'_> {
 /// how all dots moved, nothing is known of any.
 fn others(found: &Frame) -> usize {
     let lost = |why: Lost| found.dots.iter().filter(|d| **d == State::Lost(why)).count();
-    if lost(Lost::Ambiguous) > 0 { 0 } else { found.strangers.saturating_sub(lost(Lost::Doubtful)) }
+    if lost(Lost::Ambiguous) > 0 { 0 } else { found.strangers.len().saturating_sub(lost(Lost::Doubtful)) }
 }
 
 impl FrameCounts {
@@ -254,6 +277,7 @@ impl FrameCounts {
                 return Some(Place {
                     position_m: place.position_m,
                     covariance_m2: place.covariance_m2,
+                    centre_px: dot.centre_px,
                     unexplained: 1.0 - dot.quality,
                 });
             }

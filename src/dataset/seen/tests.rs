@@ -4,7 +4,7 @@ use super::{Eye, attach_dots, dots_at_rest, follow};
 use crate::calib::Registration;
 use crate::clock::HostTime;
 use crate::dataset::DatasetError;
-use crate::device::Losses;
+use crate::device::{Losses, Sight};
 use crate::geometry::{Mat3, Vec3};
 use crate::mesh::{Block, TetMesh, block, boundary_triangles};
 use crate::session::tests::fixtures::start;
@@ -186,6 +186,14 @@ fn a_dot_that_the_first_picture_hides_is_followed_or_counted() {
         let seen = frame.places.iter().flatten().count();
         assert_eq!(seen, if frame.number < 5 { 40 } else { 41 }, "frame {}", frame.number);
         assert_eq!(frame.others, usize::from(frame.number >= 18), "frame {}", frame.number);
+        // Whoever looks at it is shown the one as lost, the other as new.
+        let unplaced: Vec<_> = frame.unplaced.iter().map(|dot| (dot.number, dot.sight)).collect();
+        let expected = match frame.number {
+            0..5 => vec![(Some(40), Sight::Lost)],
+            5..18 => vec![],
+            _ => vec![(None, Sight::New)],
+        };
+        assert_eq!(unplaced, expected, "frame {}", frame.number);
     }
     let resting = dots_at_rest(&followed, at(0), at(15));
     let attached = attach_dots(&followed, &resting, &registration(), &slab(), &[], 0.005);
