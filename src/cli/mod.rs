@@ -55,6 +55,7 @@ mod run_watch;
 mod seen_dots;
 mod session;
 mod session_export;
+mod session_frame;
 mod side;
 mod staged;
 mod today;

@@ -1,8 +1,9 @@
 //! `session`: what is in a session, whether all of it is there, and what can be saved of a damaged one. Its data as tables or as a recording
-//! bundle: `session_export`.
+//! bundle: `session_export`; one of its pictures: `session_frame`.
 
 use super::run_protocol::finished_pokes;
 use super::session_export::{ExportArguments, export};
+use super::session_frame::{FrameArguments, frame};
 use super::{Context, Exit, Outcome, StagedSession};
 use crate::session::{Finding, Info, Outcome as SessionOutcome, Session, recover};
 use crate::units::counted;
@@ -40,6 +41,14 @@ Exit code 3: a session that was stopped or interrupted, or of which a part can't
 
 Exit code 3: something was left out of the bundle or is doubtful; it is listed.")]
     Export(ExportArguments),
+    /// Writes one picture of the camera as a PNG, without loss
+    #[command(after_help = "Examples:
+  phantom-rig session frame sessions/monday --at 12.5 --out monday.png
+  phantom-rig session frame sessions/monday --number 370 --stream depth --out monday-depth.png
+
+The strip of `track` says time and number of each of its pictures. A picture that is not there is not replaced by another: which frame
+is the nearest is said.")]
+    Frame(FrameArguments),
 }
 
 /// A session.
@@ -66,6 +75,7 @@ pub(super) fn run(action: &SessionAction, context: &Context) -> anyhow::Result<O
         SessionAction::Verify(path) => verify(path),
         SessionAction::Recover(arguments) => rescue(arguments),
         SessionAction::Export(arguments) => export(arguments, context),
+        SessionAction::Frame(arguments) => frame(arguments),
     }
 }
 

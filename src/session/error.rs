@@ -1,6 +1,7 @@
 //! Why a session could not be written, read or continued.
 
 use super::Topic;
+use super::frame::{FrameAsked, FrameStamp, Stream};
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -145,6 +146,64 @@ pub enum SessionError {
         folder: PathBuf,
         /// Which device.
         device: &'static str,
+    },
+    /// A session without frames of a camera.
+    #[error("{}: no frame of a camera was recorded", folder.display())]
+    NoFrames {
+        /// The session.
+        folder: PathBuf,
+    },
+    /// A frame that lies outside of what was recorded.
+    #[error("{}: no frame {asked}: frames go from {first} to {last}", folder.display())]
+    OutsideFrames {
+        /// The session.
+        folder: PathBuf,
+        /// Which frame was asked for.
+        asked: FrameAsked,
+        /// The first frame.
+        first: FrameStamp,
+        /// The last frame.
+        last: FrameStamp,
+    },
+    /// A frame that did not come, or is not in the recording any more.
+    #[error("{}: no frame {asked}: it was lost; those beside it are {before} and {after}", folder.display())]
+    FrameLost {
+        /// The session.
+        folder: PathBuf,
+        /// Which frame was asked for.
+        asked: FrameAsked,
+        /// The last frame before it.
+        before: FrameStamp,
+        /// The first frame after it.
+        after: FrameStamp,
+    },
+    /// A frame without this picture.
+    #[error(
+        "{}: {frame} has no {stream} picture: {}; {}", folder.display(),
+        if *dropped { "it was dropped because the disk did not keep up" } else { "it was lost" },
+        nearest.map_or("nor has any other".to_owned(), |near| format!("the nearest that has one is {near}"))
+    )]
+    NoPicture {
+        /// The session.
+        folder: PathBuf,
+        /// The frame.
+        frame: FrameStamp,
+        /// Which picture of it.
+        stream: Stream,
+        /// Whether it was noticed while recording that the disk did not keep up.
+        dropped: bool,
+        /// The nearest frame in time that has one.
+        nearest: Option<FrameStamp>,
+    },
+    /// A picture that its checksum vouches for and that is none.
+    #[error("{}: the {stream} picture of {frame} is no PNG of {} bits", folder.display(), stream.bits())]
+    BadPicture {
+        /// The session.
+        folder: PathBuf,
+        /// The frame.
+        frame: FrameStamp,
+        /// Which picture of it.
+        stream: Stream,
     },
     /// A speed that is no speed.
     #[error("a replay at {times} times the recorded speed; it must be more than 0 and finite")]

@@ -30,6 +30,7 @@ mod container;
 mod document;
 mod error;
 mod export;
+mod frame;
 mod inspect;
 mod message;
 mod picture;
@@ -52,6 +53,7 @@ pub use document::{
     StopDocument, TipDocument,
 };
 pub use error::SessionError;
+pub use frame::{FrameAsked, FrameStamp, OnePicture, Stream};
 pub use inspect::{Extent, Finding, Info};
 pub use message::{BATCH, ClockProbe, ForceBatch, Gap, GapCause, Message};
 pub use picture::{CameraFrame, Frames, Picture, Pixels, RecordedFrame};

@@ -12,6 +12,7 @@ mod predict;
 #[path = "../support/program.rs"]
 mod program;
 mod proof;
+mod session_frame;
 mod sessions;
 mod usage;
 

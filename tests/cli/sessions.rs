@@ -14,7 +14,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-fn start(camera: Option<CameraDocument>) -> StartDocument {
+pub(super) fn start(camera: Option<CameraDocument>) -> StartDocument {
     StartDocument {
         format: String::new(),
         name: "look".to_owned(),
@@ -52,7 +52,7 @@ fn start(camera: Option<CameraDocument>) -> StartDocument {
 }
 
 /// A camera of which nobody knows where it stood, and perhaps not its lens either.
-fn camera(lens_is_known: bool) -> CameraDocument {
+pub(super) fn camera(lens_is_known: bool) -> CameraDocument {
     let lens = LensDocument {
         focal_px: [1620.0; 2],
         principal_px: [319.5, 239.5],
