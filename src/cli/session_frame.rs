@@ -124,5 +124,6 @@ fn part(session: &Session, asked: Option<usize>) -> Result<(usize, Session), Usa
 /// Where a part cannot be read, what is missing may lie there.
 fn and_damage(error: SessionError, session: &Session) -> anyhow::Error {
     let damaged = session.info().is_ok_and(|info| info.unreadable_bytes > 0 && holds_anything(&info));
-    if damaged { anyhow!("{error}\n{}", rescued(session.folder())) } else { error.into() }
+    let error = anyhow::Error::from(error);
+    if damaged { anyhow!("{error:#}\n{}", rescued(session.folder())) } else { error }
 }

@@ -379,7 +379,9 @@ fn pages_that_readings_cannot_be_built_upon_are_refused() {
             (NetFtPageFault::Unavailable, "500"),
         ] {
             emulator.faults().change(|faults| faults.page = page);
-            let error = NetFt::open(&settings(&emulator)).expect_err("a page to refuse").to_string();
+            let error = NetFt::open(&settings(&emulator)).expect_err("a page to refuse");
+            // With its causes, as a person is told it.
+            let error = format!("{:#}", anyhow::Error::from(error));
             assert!(error.contains(said), "{error}");
         }
         emulator.faults().change(|faults| faults.page = NetFtPageFault::None);

@@ -191,7 +191,8 @@ fn a_sensor_that_is_not_there_is_reported_soon_and_by_its_address() {
         let port = silent.local_addr().expect("an address").port();
         let begun = Instant::now();
         let settings = NetFtSettings { http_port: port, ..NetFtSettings::at("127.0.0.1") };
-        let error = NetFt::open(&settings).expect_err("no answer").to_string();
+        let error = NetFt::open(&settings).expect_err("no answer");
+        let error = format!("{:#}", anyhow::Error::from(error));
         assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
         assert!(
             error.contains(&format!("http://127.0.0.1:{port}/netftapi2.xml")) && error.contains("timeout"),
