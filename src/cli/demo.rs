@@ -1,7 +1,7 @@
 //! `demo`: the main job from end to end on a simulated bench that conceals something: run, export, fit, diagnose, and the answer.
 
 use super::conceal::seal_answer;
-use super::interrupt::{keep, so_far};
+use super::interrupt::{Kept, so_far};
 use super::look::{late, seen};
 use super::planned::{Planned, PlannedArguments};
 use super::proof::{Manifest, ProofFolder, Seal, bundle_sum, digest, draw_name, hex, read_sums, replace};
@@ -72,7 +72,7 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
     };
     let proof = ProofFolder::new(&out);
     proof.make()?;
-    keep(&out);
+    let _kept = Kept::so_far(&out);
 
     tell(&format!("Seed {seed}. A bench is drawn, with an effect that it does not tell."));
     let planned = plan_on(&TRIES[0], &out)?;

@@ -27,9 +27,21 @@ pub(super) fn listen() -> Result<(), ctrlc::Error> {
     })
 }
 
-/// Has an interruption from now on say that this folder stays, as far as it is filled.
-pub(super) fn keep(folder: &Path) {
-    *KEPT.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.to_owned());
+/// While it lives, an interruption says that a folder stays, as far as it is filled.
+pub(super) struct Kept(());
+
+impl Kept {
+    /// This folder.
+    pub(super) fn so_far(folder: &Path) -> Self {
+        *KEPT.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.to_owned());
+        Self(())
+    }
+}
+
+impl Drop for Kept {
+    fn drop(&mut self) {
+        *KEPT.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
 }
 
 /// What is said of a folder that is not filled to its end.

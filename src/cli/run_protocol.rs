@@ -72,7 +72,7 @@ pub(super) fn run(arguments: &RunArguments, context: &Context) -> anyhow::Result
     }
     // Once without devices: what speaks against the plan is known before anything is opened.
     let plan = planned.plan([0.0, 0.0]).checked()?;
-    for doubt in plan.plan().doubts() {
+    for doubt in plan.plan().doubts().iter().filter(|_| context.shows) {
         eprintln!("  note: {doubt}");
     }
     let folder = match &arguments.out {

@@ -39,7 +39,7 @@ Exit code 3: a session that was stopped or interrupted, or of which a part can't
   phantom-rig session export sessions/monday --bundle sessions/monday-bundle --registration rigs/registration.toml
   phantom-rig session export sessions/monday sessions/tuesday --bundle sessions/both
 
-Exit code 3: something was left out of the bundle or is doubtful; it is listed.")]
+Exit code 3: something is missing in the session, was left out of the bundle or is doubtful; it is listed.")]
     Export(ExportArguments),
     /// Writes one picture of the camera as a PNG, without loss
     #[command(after_help = "Examples:

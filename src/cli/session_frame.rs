@@ -46,16 +46,16 @@ pub(super) fn frame(arguments: &FrameArguments) -> anyhow::Result<Outcome> {
     let asked = asked(arguments)?;
     is_png(&arguments.out)?;
     let session = Session::open(&arguments.path.session)?;
-    let Some(camera) = &session.start().camera else {
+    let (segment, part) = part(&session, arguments.segment)?;
+    let Some(camera) = &part.start().camera else {
         bail!("{}: it has no pictures: its rig had no camera", session.folder().display());
     };
-    let (segment, part) = part(&session, arguments.segment)?;
     let staged = StagedFile::new(&arguments.out, arguments.force)?;
     let stream = match arguments.stream {
         StreamArgument::Grey => Stream::Grey,
         StreamArgument::Depth => Stream::Depth,
     };
-    let found = part.picture(asked, stream).map_err(|error| and_damage(error, &session))?;
+    let found = part.picture(asked, stream).map_err(|error| and_damage(error, &part))?;
     std::fs::write(staged.path(), &found.picture.png)
         .with_context(|| format!("{}: can't be written", arguments.out.display()))?;
     staged.finish()?;
@@ -122,8 +122,8 @@ fn part(session: &Session, asked: Option<usize>) -> Result<(usize, Session), Usa
 }
 
 /// Where a part cannot be read, what is missing may lie there.
-fn and_damage(error: SessionError, session: &Session) -> anyhow::Error {
-    let damaged = session.info().is_ok_and(|info| info.unreadable_bytes > 0 && holds_anything(&info));
+fn and_damage(error: SessionError, part: &Session) -> anyhow::Error {
+    let damaged = part.info().is_ok_and(|info| info.unreadable_bytes > 0 && holds_anything(&info));
     let error = anyhow::Error::from(error);
-    if damaged { anyhow!("{error:#}\n{}", rescued(session.folder())) } else { error }
+    if damaged { anyhow!("{error:#}\n{}", rescued(part.folder())) } else { error }
 }

@@ -162,6 +162,9 @@ fn unseal(folder: &Path) {
 pub struct StagedFolder {
     staging: Staging,
     destination: PathBuf,
+    kind: Kind,
+    /// Whether something may be there at the end.
+    replaces: bool,
 }
 
 impl StagedFolder {
@@ -179,7 +182,7 @@ impl StagedFolder {
         let staging = Staging::beside(destination)?;
         let mark = staging.folder.join(MARK);
         std::fs::write(&mark, kind.mark()).map_err(|e| system(&mark, "written", e))?;
-        Ok(Self { staging, destination: destination.to_owned() })
+        Ok(Self { staging, destination: destination.to_owned(), kind, replaces: force || exists })
     }
 
     /// Where to write until the end.
@@ -190,11 +193,14 @@ impl StagedFolder {
     /// Puts the folder in place. On an error what was there before is still there.
     ///
     /// # Errors
-    /// The operating system refused.
+    /// Something has come to be there meanwhile, or the operating system refused.
     pub fn finish(self) -> Result<(), StagedError> {
         let _guard = staged();
-        let Self { staging, destination } = &self;
+        let Self { staging, destination, kind, replaces } = &self;
         let exists = destination.symlink_metadata().is_ok();
+        if exists && !replaces {
+            return Err(StagedError::Taken { place: destination.clone(), kind: *kind });
+        }
         let mut old = staging.folder.clone().into_os_string();
         old.push("-old");
         let old = PathBuf::from(old);
@@ -221,6 +227,8 @@ impl StagedFolder {
 pub struct StagedFile {
     staging: Staging,
     destination: PathBuf,
+    /// Whether something may be there at the end.
+    replaces: bool,
 }
 
 impl StagedFile {
@@ -235,7 +243,11 @@ impl StagedFile {
         if !force && destination.symlink_metadata().is_ok() {
             return Err(StagedError::Exists { place: destination.to_owned() });
         }
-        Ok(Self { staging: Staging::beside(destination)?, destination: destination.to_owned() })
+        Ok(Self {
+            staging: Staging::beside(destination)?,
+            destination: destination.to_owned(),
+            replaces: force,
+        })
     }
 
     /// Where to write until the end.
@@ -246,9 +258,12 @@ impl StagedFile {
     /// Puts the file in place.
     ///
     /// # Errors
-    /// The operating system refused.
+    /// Something has come to be there meanwhile, or the operating system refused.
     pub fn finish(self) -> Result<(), StagedError> {
         let _guard = staged();
+        if !self.replaces && self.destination.symlink_metadata().is_ok() {
+            return Err(StagedError::Exists { place: self.destination.clone() });
+        }
         std::fs::rename(self.path(), &self.destination)
             .map_err(|e| system(&self.destination, "put in place", e))
     }

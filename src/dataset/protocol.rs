@@ -88,7 +88,9 @@ mod tests {
         let long = format!("{HEAD}8,{}\u{1b}[31m,0,0\n", "x".repeat(500)).into_bytes();
         for (bytes, words) in [
             (&b"\x7fELF\x02\x01\x01\x00\x1b[2J"[..], "garbage.csv: no table: its first line is not text"),
-            (b"\x89PNG,\xff\xfe,poke\n", "garbage.csv: no table"),
+            (b"\x89PNG\r\n\x1a\n\0\0", "garbage.csv: no table"),
+            (b"poke\tsite_x_m\n", "no column"),
+            (b"poke,Kraft (\xb5N)\n", "no column"),
             (b"one,two\n", "no column"),
             (&long, "fields"),
         ] {

@@ -1,4 +1,4 @@
-//! TOML that a person wrote → keys, or a refusal with line, column and the known key that was probably meant.
+//! TOML that a person wrote → keys, or a refusal with line, key and the known one that was probably meant.
 
 use super::RigError;
 use crate::units::unread_toml;

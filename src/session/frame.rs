@@ -53,9 +53,8 @@ struct Looked {
     best: Option<(FrameStamp, RecordedFrame)>,
 }
 
-/// A time so far from the nearest frame (shares of the camera's interval) lies in a hole: the tracker, too, takes frames for lost where
-/// twice as long passes between two.
-const HOLE: f64 = 0.8;
+/// A time so far (shares of the camera's interval) before the first frame or after the last is outside.
+const OUTSIDE: f64 = 0.8;
 
 impl Stream {
     /// Bits of a pixel.
@@ -132,7 +131,7 @@ impl Session {
         let (Some((first, _)), Some((last, _))) = (listed.first().copied(), listed.last().copied()) else {
             return Err(SessionError::NoFrames { folder: folder() });
         };
-        let Some((stamp, frame)) = best.filter(|(stamp, _)| self.is_meant(asked, *stamp)) else {
+        let Some((stamp, frame)) = best.filter(|(stamp, _)| self.is_meant(asked, *stamp, &listed)) else {
             let is_before = |stamp: &FrameStamp| match asked {
                 FrameAsked::Number(number) => stamp.number < number,
                 FrameAsked::At(time_s) => stamp.time_s < time_s,
@@ -178,7 +177,7 @@ impl Session {
             match &best {
                 // Frames come in the order of their times: it only gets farther.
                 Some((near, found)) if away(stamp) >= away(*near) => {
-                    if stream.is_in(found) && self.is_meant(asked, *near) {
+                    if stream.is_in(found) && self.is_meant(asked, *near, &listed) {
                         break;
                     }
                 }
@@ -188,17 +187,25 @@ impl Session {
         Ok(Looked { listed, best })
     }
 
-    /// Whether the frame that comes nearest is the one that is asked for.
-    fn is_meant(&self, asked: FrameAsked, stamp: FrameStamp) -> bool {
+    /// Whether the frame that comes nearest is the one that is asked for, of those listed.
+    fn is_meant(&self, asked: FrameAsked, stamp: FrameStamp, listed: &[(FrameStamp, bool)]) -> bool {
         match asked {
             FrameAsked::Number(number) => stamp.number == number,
             FrameAsked::At(time_s) => {
+                let stamps = || listed.iter().map(|(stamp, _)| *stamp);
+                let before = stamps().rfind(|stamp| stamp.time_s <= time_s);
+                if let Some((before, after)) = before.zip(stamps().find(|stamp| stamp.time_s > time_s)) {
+                    // Whatever the camera's rate really was: those that were lost lie evenly between their neighbours.
+                    let steps = f64::from(after.number.saturating_sub(before.number).max(1));
+                    let place = (time_s - before.time_s) / (after.time_s - before.time_s) * steps;
+                    return [0.0, steps].contains(&place.round());
+                }
                 let start = self.start();
                 let camera = start.camera.as_ref().map(|camera| camera.rate_hz);
                 let rate_hz = camera.or(start.markers.as_ref().map(|markers| markers.rate_hz));
                 // Of a camera that nothing is known of, any frame is as good as the nearest.
                 let interval_s = rate_hz.map_or(f64::INFINITY, |rate_hz| 1.0 / rate_hz);
-                (stamp.time_s - time_s).abs() <= HOLE * interval_s
+                (stamp.time_s - time_s).abs() <= OUTSIDE * interval_s
             }
         }
     }

@@ -36,14 +36,17 @@ impl ShownDots {
         for (shown, state) in self.dots.iter_mut().zip(&frame.dots) {
             shown.sight = match state {
                 State::Certain { place: Ok(_), .. } => Sight::Certain,
-                State::Certain { place: Err(_), .. } | State::Lost(Lost::Doubtful | Lost::Ambiguous) => {
-                    Sight::Uncertain
-                }
-                State::Lost(Lost::NotSeen | Lost::Alone) => Sight::Lost,
+                State::Certain { place: Err(_), .. }
+                | State::Lost(Lost::Doubtful | Lost::Ambiguous | Lost::Alone) => Sight::Uncertain,
+                State::Lost(Lost::NotSeen) => Sight::Lost,
             };
             if let State::Certain { dot, .. } = state {
                 (shown.centre_px, shown.radius_px) = (dot.centre_px, dot.radius_px());
             }
+        }
+        // Where it is not known how all dots moved, nothing is known to be none of them.
+        if frame.dots.contains(&State::Lost(Lost::Ambiguous)) {
+            return;
         }
         let strangers = frame.strangers.iter().map(|dot| DotInPicture {
             number: None,
@@ -114,11 +117,11 @@ mod tests {
                 (None, 70.0, Sight::New)
             ]
         );
-        shown.take(&frame(vec![lost(Lost::Alone), seen(21.0), lost(Lost::Ambiguous)], vec![]));
+        shown.take(&frame(vec![lost(Lost::Alone), seen(21.0), lost(Lost::Ambiguous)], vec![dot(70.0)]));
         assert_eq!(
             told(&shown),
             [
-                (Some(0), 12.0, Sight::Lost),
+                (Some(0), 12.0, Sight::Uncertain),
                 (Some(1), 21.0, Sight::Uncertain),
                 (Some(2), 30.0, Sight::Uncertain)
             ]

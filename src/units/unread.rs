@@ -9,23 +9,37 @@ use toml::de::Error;
 pub fn unread_toml(text: &str, error: &Error) -> String {
     let begins = error.span().map_or(0, |span| span.start.min(text.len()));
     let line = 1 + text.bytes().take(begins).filter(|b| *b == b'\n').count();
-    let said = unread_words(error);
+    let Some(said) = told(error) else {
+        // What is no TOML says little by itself: it is shown.
+        let row = text.lines().nth(line - 1).unwrap_or_default().trim();
+        return format!("line {line}: {}, in {row:?}", syntax(error));
+    };
     // A key that the file itself lacks is missing nowhere in particular.
     if begins == 0 && said.ends_with(" is missing") { said } else { format!("line {line}: {said}") }
 }
 
 /// The same without the line.
 pub fn unread_words(error: &Error) -> String {
+    told(error).unwrap_or_else(|| syntax(error))
+}
+
+/// What the parser says of a text that is no TOML, or of a key that stands there twice.
+fn syntax(error: &Error) -> String {
+    error.message().trim_end().replace('\n', "; ")
+}
+
+/// What is wrong with a key or its value; none where the text is no TOML.
+fn told(error: &Error) -> Option<String> {
     let (message, path) = (error.message().trim_end(), path(error));
     let under = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
     let first_name = |rest: &str| rest.split('`').next().unwrap_or_default().to_owned();
     if let Some(rest) = message.strip_prefix("missing field `") {
-        return format!("{} is missing", under(&first_name(rest)));
+        return Some(format!("{} is missing", under(&first_name(rest))));
     }
-    let (found, expected) = message.split_once(", expected ").unwrap_or((message, ""));
+    let (found, expected) = message.rsplit_once(", expected ").unwrap_or((message, ""));
     if let Some(rest) = found.strip_prefix("unknown field `") {
         let known = if expected.is_empty() { "no key".to_owned() } else { plain(expected) };
-        return format!("{} is not known; expected {known}", under(&first_name(rest)));
+        return Some(format!("{} is not known; expected {known}", under(&first_name(rest))));
     }
     let found = if let Some(rest) = found.strip_prefix("unknown variant `") {
         Some(format!("the text {:?}", first_name(rest)))
@@ -35,10 +49,10 @@ pub fn unread_words(error: &Error) -> String {
         found.strip_prefix("invalid type: ").or(found.strip_prefix("invalid value: ")).map(value)
     };
     match found {
-        Some(found) if !path.is_empty() => format!("{path} is {found}; expected {}", kind(expected)),
-        Some(found) => format!("{found}; expected {}", kind(expected)),
-        None if path.is_empty() => message.replace('\n', "; "),
-        None => format!("{path}: {}", message.replace('\n', "; ")),
+        Some(found) if !path.is_empty() => Some(format!("{path} is {found}; expected {}", kind(expected))),
+        Some(found) => Some(format!("{found}; expected {}", kind(expected))),
+        None if path.is_empty() => None,
+        None => Some(format!("{path}: {}", syntax(error))),
     }
 }
 
@@ -54,11 +68,12 @@ fn path(error: &Error) -> String {
 /// A value as it is written.
 fn value(found: &str) -> String {
     match found {
-        "map" => "a table".to_owned(),
+        // The parser hands a date on as it does a table.
+        "map" => "a table or a date without quotes".to_owned(),
         "sequence" => "a list".to_owned(),
         _ => match found.split_once(' ') {
             Some(("string", text)) => format!("the text {text}"),
-            _ => plain(found.trim_start_matches(|c| c != '`')),
+            _ => found.split('`').nth(1).unwrap_or(found).to_owned(),
         },
     }
 }
@@ -67,7 +82,10 @@ fn value(found: &str) -> String {
 fn kind(expected: &str) -> String {
     match expected {
         "f64" | "f32" => "a number",
-        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, 0 or more",
+        "u8" => "a whole number from 0 to 255",
+        "u16" => "a whole number from 0 to 65535",
+        "u32" => "a whole number from 0 to 4294967295",
+        "u64" | "usize" => "a whole number from 0 to 9223372036854775807",
         "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number",
         "a string" => "a text in quotes",
         "a boolean" => "true or false",
@@ -135,10 +153,34 @@ mod tests {
             ("8.0", "true", "line 4: tip.radius_mm is true; expected a number"),
             ("8.0", "[8.0]", "line 4: tip.radius_mm is a list; expected a number"),
             ("1]", "\"1\"]", "line 6: tip.axis is the text \"1\"; expected a number"),
-            ("= [0, 0,\n1]", "= { x = 0 }", "line 5: tip.axis is a table; expected a list of 3"),
+            (
+                "= [0, 0,\n1]",
+                "= { x = 0 }",
+                "line 5: tip.axis is a table or a date without quotes; expected a list of 3",
+            ),
+            (
+                "8.0",
+                "2026-11-02",
+                "line 4: tip.radius_mm is a table or a date without quotes; expected a number",
+            ),
+            (
+                "8.0",
+                "\"a, expected b\"",
+                "line 4: tip.radius_mm is the text \"a, expected b\"; expected a number",
+            ),
+            (
+                "3",
+                "5000000000",
+                "line 7: tip.count is 5000000000; expected a whole number from 0 to 4294967295",
+            ),
+            (
+                "3",
+                "70000000000000000000",
+                "line 7: tip.count is 70000000000000000000; expected a whole number from 0 to 4294967295",
+            ),
             ("[0, 0,\n1]", "[0, 0]", "line 5: tip.axis is a list of 2; expected a list of 3"),
-            ("3", "-3", "line 7: tip.count is -3; expected a whole number, 0 or more"),
-            ("3", "3.5", "line 7: tip.count is 3.5; expected a whole number, 0 or more"),
+            ("3", "-3", "line 7: tip.count is -3; expected a whole number from 0 to 4294967295"),
+            ("3", "3.5", "line 7: tip.count is 3.5; expected a whole number from 0 to 4294967295"),
             ("\"pad\"", "\"cone\"", "line 8: tip.shape is the text \"cone\"; expected pad or sphere"),
             ("\"x/1\"", "1", "line 1: format is 1; expected a text in quotes"),
             ("format = \"x/1\"\n", "", "format is missing"),
@@ -155,6 +197,8 @@ mod tests {
         let error = toml::from_str::<Keys>(text).expect_err("no table");
         assert_eq!(unread_toml(text, &error), "line 2: tip is 8.0; expected a table");
         let torn = said("8.0", "8.0.1");
-        assert!(torn.starts_with("line 4: ") && !torn.contains('\n'), "{torn}");
+        assert!(torn.starts_with("line 4: ") && torn.ends_with("in \"radius_mm = 8.0.1\""), "{torn}");
+        let twice = said("count = 3", "count = 3\ncount = 4");
+        assert!(twice.starts_with("line 8: ") && twice.contains("count = 4"), "{twice}");
     }
 }

@@ -4,7 +4,7 @@
 
 use super::motions::Plan;
 use super::violation::At;
-use crate::acquire::protocol::Action;
+use crate::acquire::protocol::{Action, Profile, Target};
 
 /// A poke that is not so deep tells nothing of a phantom (m): surface and stage are known no better. Up to 50 mm, written in metres and taken for
 /// millimetres, are less.
@@ -16,7 +16,8 @@ impl Plan {
         let mut shallow: Vec<(f64, At, usize)> = Vec::new();
         for step in self.steps.iter().map(|step| &step.step) {
             let Action::Stroke { stroke, .. } = &step.action else { continue };
-            let depth_m = stroke.deepest_m();
+            // A depth that only limits another aim, or an amplitude, may be small.
+            let Profile::Press { target: Target::Depth { depth_m }, .. } = stroke.profile else { continue };
             if stroke.air || depth_m >= LEAST_DEPTH_M {
                 continue;
             }
@@ -28,10 +29,8 @@ impl Plan {
         let say = |(depth_m, at, pokes): (f64, At, usize)| {
             let more = if pokes > 1 { format!(", and {} more like it", pokes - 1) } else { String::new() };
             format!(
-                "{at}{more}: it goes {:.4} mm deep, which tells nothing; depths in a protocol are in mm, and {:.4} m would be {:.1} mm",
-                1e3 * depth_m,
-                1e3 * depth_m,
-                1e6 * depth_m
+                "{at}{more}: it goes {:.4} mm deep, which probably tells nothing; depths are in mm in a protocol, and in m in a table of pokes",
+                1e3 * depth_m
             )
         };
         shallow.into_iter().map(say).collect()
@@ -48,7 +47,7 @@ mod tests {
         let shallow = poke("depth_mm = 0.003\nrepeats = 3\npause_s = 5");
         let [doubt] = &doubts(&(shallow + &poke("")))[..] else { panic!("one doubt") };
         let words = "step 1.1.1 (poke, line 6), poke 1, and 2 more like it: it goes 0.0030 mm deep";
-        assert!(doubt.starts_with(words) && doubt.ends_with("0.0030 m would be 3.0 mm"), "{doubt}");
+        assert!(doubt.starts_with(words) && doubt.ends_with("in m in a table of pokes"), "{doubt}");
         assert!(doubts(&poke("depth_mm = 0.1")).is_empty());
         // In the air nothing is deep.
         assert!(doubts("[[step]]\nkind = \"air\"\nsite_mm = [50, 75, 40]\ndepth_mm = 0.003\n").is_empty());

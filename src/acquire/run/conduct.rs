@@ -18,6 +18,8 @@ use crate::geometry::Vec3;
 use crate::session::{Recorder, SessionWriter};
 use serde_json::json;
 use std::collections::BTreeMap;
+use std::error::Error;
+use std::iter::successors;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -128,7 +130,7 @@ pub fn conduct(
         drop(is_over);
         let failed = frames.and_then(|thread| thread.join().ok()?.err());
         if let (Ok(ran), Some(error)) = (&mut ran, failed) {
-            recorder.event(event("camera-lost", None, json!({"why": error.to_string()})));
+            recorder.event(event("camera-lost", None, json!({"why": with_causes(&error)})));
             if ran.stopped.is_some_and(|s| s.tripped.cause == Cause::CameraLost) {
                 ran.failure.get_or_insert(error);
             }
@@ -141,6 +143,12 @@ pub fn conduct(
         }
         ran
     })
+}
+
+/// An error with its causes: what the operating system said of it is nowhere else.
+fn with_causes(error: &DeviceError) -> String {
+    let causes = successors(Some(error as &dyn Error), |cause| (*cause).source());
+    causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }
 
 /// Says that it is over when it is dropped.

@@ -21,8 +21,8 @@ const LEAST_TRAVEL_M: f64 = 1e-4;
 const MOST_TRAVEL_M: f64 = 2.0;
 /// A press has eight rows at least, of some micrometres each.
 const LEAST_PRESS_M: f64 = 1e-6;
-/// No rig yields so far to a force that its sensor bears; ten micrometres under a heading in mm are that far.
-const MOST_PRESS_M: f64 = 1e-2;
+/// No rig comes from so far, nor yields so far; a tenth of a millimetre under a heading in m is that far.
+const MOST_PRESS_M: f64 = 0.1;
 
 /// A ratio of two units, and which column would hold what.
 type Ratio = (f64, &'static str);

@@ -37,7 +37,7 @@ const LEAST_TEXT: u32 = 360;
 /// # Errors
 /// [`ReportError`]: no pictures, pictures of different sizes, no memory for them.
 pub fn strip(pictures: &[MarkedPicture<'_>], legend: &[(Mark, &str)]) -> Result<Vec<u8>, ReportError> {
-    let first = pictures.first().ok_or(ReportError::Picture)?;
+    let first = pictures.first().filter(|p| !p.size_px.contains(&0)).ok_or(ReportError::Picture)?;
     let layout = Layout::of(first.size_px.map(|s| s as u32), pictures, legend);
     let mut sheet = RgbImage::new(layout.sheet[0], layout.sheet[1]);
     let mut crowded = 0;
@@ -69,6 +69,8 @@ struct Layout {
     panel: [u32; 2],
     /// Everything.
     sheet: [u32; 2],
+    /// Dots of all pictures: no more numbers are without room.
+    dots: usize,
 }
 
 impl Layout {
@@ -78,7 +80,9 @@ impl Layout {
         let digits = ((drawn[0] + PLAIN / 2) / PLAIN).max(1);
         let text = digits + digits.div_ceil(2);
         let is_written = !legend.is_empty() || pictures.iter().any(|p| !p.caption.is_empty());
-        let wide = if is_written { drawn[0].max(LEAST_TEXT) } else { drawn[0] };
+        let widest =
+            legend.iter().map(|(_, words)| 2 * margin(text) + sample(text) + extent(words, text)[0]).max();
+        let wide = if is_written { drawn[0].max(LEAST_TEXT).max(widest.unwrap_or(0)) } else { drawn[0] };
         let lines = pictures.iter().map(|p| lines(&p.caption, wide, text).len()).max();
         let head = match lines.unwrap_or(0) as u32 {
             0 => 0,
@@ -89,8 +93,9 @@ impl Layout {
         let count = pictures.len() as u32;
         let across = panel[0] * count.min(ROW) - apart;
         let sheet = [across, panel[1] * count.div_ceil(ROW) - apart];
-        let mut all = Self { picture, scale, digits, text, wide, head, panel, sheet };
-        all.sheet[1] += match all.explanations(legend, 1).last() {
+        let dots = pictures.iter().map(|p| p.dots.len()).sum();
+        let mut all = Self { picture, scale, digits, text, wide, head, panel, sheet, dots };
+        all.sheet[1] += match all.explanations(legend, dots).last() {
             // What lies at the bottom ends with it.
             Some((_, [_, y], _)) => y + line(text) + margin(text),
             None => 0,
@@ -99,11 +104,7 @@ impl Layout {
     }
 
     /// What the marks mean: each with the place of its mark and its text, from the upper left corner of the legend.
-    fn explanations<'a>(
-        &self,
-        legend: &[(Mark, &'a str)],
-        crowded: usize,
-    ) -> Vec<(Option<Mark>, [u32; 2], String)> {
+    fn explanations(&self, legend: &[(Mark, &str)], crowded: usize) -> Vec<(Option<Mark>, [u32; 2], String)> {
         if legend.is_empty() {
             return Vec::new();
         }
@@ -208,7 +209,7 @@ fn numbered(
 /// Says at the bottom what the marks mean.
 fn explained(sheet: &mut RgbImage, layout: &Layout, legend: &[(Mark, &str)], crowded: usize) {
     let text = layout.text;
-    let all = layout.explanations(legend, 1);
+    let all = layout.explanations(legend, layout.dots);
     let Some((_, [_, last], _)) = all.last() else { return };
     let top = layout.sheet[1] - (last + line(text) + margin(text));
     let whole = [[0, 0], layout.sheet];
