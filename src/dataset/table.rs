@@ -157,7 +157,8 @@ impl<const N: usize> Table<N> {
 fn missing(file: &Path, column: &'static str, header: &csv::ByteRecord) -> DatasetError {
     // A tab or a letter of another encoding stands in tables that people make.
     let obeyed = |name: &[u8]| name.trim_ascii().iter().any(|byte| byte.is_ascii_control() && *byte != b'\t');
-    if header.iter().any(obeyed) || header.iter().all(|name| std::str::from_utf8(name).is_err()) {
+    let is_foreign = !header.is_empty() && header.iter().all(|name| std::str::from_utf8(name).is_err());
+    if is_foreign || header.iter().any(obeyed) {
         return DatasetError::NoTable { file: file.to_owned() };
     }
     DatasetError::MissingColumn { file: file.to_owned(), column, found: header.iter().map(shown).collect() }

@@ -1,5 +1,7 @@
 //! How devices fail: each with what a person needs to know to act.
 
+use std::error::Error;
+use std::iter::successors;
 use std::time::Duration;
 
 /// What went wrong with a device.
@@ -109,4 +111,9 @@ pub enum DeviceError {
 
 fn because(cause: &Option<String>) -> String {
     cause.as_ref().map(|c| format!(" ({c})")).unwrap_or_default()
+}
+
+/// An error with its causes, for whoever keeps a text of it: what the operating system said is in a cause.
+pub fn with_causes(error: &dyn Error) -> String {
+    successors(Some(error), |cause| (*cause).source()).map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }

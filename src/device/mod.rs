@@ -24,7 +24,7 @@ pub use compared::ClockComparison;
 pub use depth_camera::{
     DepthCamera, DepthCameraFormat, DepthCameraIdentity, DepthFrame, DepthPicture, FrameLosses, GreyPicture,
 };
-pub use error::DeviceError;
+pub use error::{DeviceError, with_causes};
 pub use force::{ForceFormat, ForceIdentity, ForceRecord, ForceSensor, Losses};
 pub use markers::{DotInPicture, MarkerFrame, MarkerPosition, MarkerSource, Sight};
 pub use mounting::{Mounting, SensorMounting, UnreachableSite};

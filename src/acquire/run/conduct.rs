@@ -13,13 +13,13 @@ use crate::acquire::plan::{Bench, CheckedPlan, Leg, Phase, Plan, PlanStep};
 use crate::acquire::protocol::{Action, Profile, Target};
 use crate::acquire::status::{Doing, Watched};
 use crate::clock::HostTime;
-use crate::device::{AXES, DeviceError, ForceSensor, Losses, MarkerSource, Motion, Stage, StageReport};
+use crate::device::{
+    AXES, DeviceError, ForceSensor, Losses, MarkerSource, Motion, Stage, StageReport, with_causes,
+};
 use crate::geometry::Vec3;
 use crate::session::{Recorder, SessionWriter};
 use serde_json::json;
 use std::collections::BTreeMap;
-use std::error::Error;
-use std::iter::successors;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -143,12 +143,6 @@ pub fn conduct(
         }
         ran
     })
-}
-
-/// An error with its causes: what the operating system said of it is nowhere else.
-fn with_causes(error: &DeviceError) -> String {
-    let causes = successors(Some(error as &dyn Error), |cause| (*cause).source());
-    causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }
 
 /// Says that it is over when it is dropped.

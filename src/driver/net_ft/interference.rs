@@ -1,9 +1,8 @@
 //! What others do to the stream: whatever comes in between, and why nothing comes.
 
 use super::super::DriverError;
-use std::error::Error as _;
+use crate::device::with_causes;
 use std::fmt;
-use std::iter::successors;
 
 /// What came in between while this stream ran.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -40,8 +39,7 @@ impl fmt::Display for NetFtSilence {
                  or a firewall holds it back",
             ),
             Self::SensorGone(error) => {
-                write!(f, "the force sensor does not answer at all: {error}")?;
-                successors(error.source(), |cause| (*cause).source()).try_for_each(|cause| write!(f, ": {cause}"))
+                write!(f, "the force sensor does not answer at all: {}", with_causes(error))
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Image files with known values, written for a test.
 
 use crate::clock::HostTime;
-use crate::device::{DepthCamera, DepthFrame, DeviceError};
+use crate::device::{DepthCamera, DepthFrame, DeviceError, with_causes};
 use crate::driver::{DriverError, ImageFiles, Pace, VideoOptions, VideoSource, open_video};
 use image::{GrayImage, ImageBuffer, Luma, RgbImage};
 use std::path::PathBuf;
@@ -95,7 +95,7 @@ impl Recorded {
     }
 
     pub(super) fn refusal(&self) -> String {
-        self.open().err().expect("refused").to_string()
+        with_causes(&self.open().err().expect("refused"))
     }
 
     /// Its frames to the end, and how that came.
