@@ -2,7 +2,7 @@
 
 use crate::steady::steady;
 use phantom_rig::clock::HostTime;
-use phantom_rig::device::{DeviceError, ForceRecord, ForceSensor};
+use phantom_rig::device::{DeviceError, ForceRecord, ForceSensor, with_causes};
 use phantom_rig::driver::{DriverError, NetFt, NetFtSettings, NetFtSilence};
 use phantom_rig::sim::bytes::{NetFtEmulator, NetFtFamily, NetFtPageFault, NetFtSetup, PageUnit};
 use std::sync::Arc;
@@ -379,9 +379,7 @@ fn pages_that_readings_cannot_be_built_upon_are_refused() {
             (NetFtPageFault::Unavailable, "500"),
         ] {
             emulator.faults().change(|faults| faults.page = page);
-            let error = NetFt::open(&settings(&emulator)).expect_err("a page to refuse");
-            // With its causes, as a person is told it.
-            let error = format!("{:#}", anyhow::Error::from(error));
+            let error = with_causes(&NetFt::open(&settings(&emulator)).expect_err("a page to refuse"));
             assert!(error.contains(said), "{error}");
         }
         emulator.faults().change(|faults| faults.page = NetFtPageFault::None);

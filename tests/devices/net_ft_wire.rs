@@ -2,7 +2,7 @@
 
 use crate::steady::steady;
 use phantom_rig::clock::HostTime;
-use phantom_rig::device::{ForceRecord, ForceSensor};
+use phantom_rig::device::{ForceRecord, ForceSensor, with_causes};
 use phantom_rig::driver::{NetFt, NetFtSettings};
 use phantom_rig::sim::bytes::{NetFtEmulator, NetFtSetup};
 use std::net::{SocketAddr, TcpListener, UdpSocket};
@@ -191,8 +191,7 @@ fn a_sensor_that_is_not_there_is_reported_soon_and_by_its_address() {
         let port = silent.local_addr().expect("an address").port();
         let begun = Instant::now();
         let settings = NetFtSettings { http_port: port, ..NetFtSettings::at("127.0.0.1") };
-        let error = NetFt::open(&settings).expect_err("no answer");
-        let error = format!("{:#}", anyhow::Error::from(error));
+        let error = with_causes(&NetFt::open(&settings).expect_err("no answer"));
         assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
         assert!(
             error.contains(&format!("http://127.0.0.1:{port}/netftapi2.xml")) && error.contains("timeout"),
@@ -200,9 +199,9 @@ fn a_sensor_that_is_not_there_is_reported_soon_and_by_its_address() {
         );
 
         drop(silent);
-        let error = NetFt::open(&settings).expect_err("nobody there").to_string();
+        let error = with_causes(&NetFt::open(&settings).expect_err("nobody there"));
         assert!(error.contains("refused"), "{error}");
-        let error = NetFt::open(&NetFtSettings::at("no such name")).expect_err("no address").to_string();
+        let error = with_causes(&NetFt::open(&NetFtSettings::at("no such name")).expect_err("no address"));
         assert!(error.contains("no such name"), "{error}");
     });
 }
