@@ -14,7 +14,7 @@ use crate::dataset::{read_mesh, read_seen_sessions, write_bundle};
 use crate::rig::SimulatedBench;
 use crate::session::Session;
 use crate::sim::World;
-use anyhow::{Context as _, bail};
+use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
 use serde_json::json;
 use std::fs;
@@ -73,9 +73,19 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
     let proof = ProofFolder::new(&out);
     proof.make()?;
     let _kept = Kept::so_far(&out);
+    carry_out(seed, &out, &proof, &tell, context).map_err(|error| anyhow!("{error:#}; {}", so_far(&out)))
+}
 
+/// Everything, in a folder that was made for it.
+fn carry_out(
+    seed: u64,
+    out: &Path,
+    proof: &ProofFolder,
+    tell: &dyn Fn(&str),
+    context: &Context,
+) -> anyhow::Result<Outcome> {
     tell(&format!("Seed {seed}. A bench is drawn, with an effect that it does not tell."));
-    let planned = plan_on(&TRIES[0], &out)?;
+    let planned = plan_on(&TRIES[0], out)?;
     let world =
         planned.rig.simulated(&planned.pokes())?.context("the demonstration's rig is simulated")?.world;
     let world = World { name: draw_name(1), ..world.concealing(seed, cfg!(feature = "opencv")) };
@@ -92,14 +102,14 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
     };
     let mut tries = 0;
     let recorded = loop {
-        let planned = plan_on(&TRIES[tries], &out)?;
+        let planned = plan_on(&TRIES[tries], out)?;
         let bench = SimulatedBench { world: world.clone() };
         let recorded = record(&planned, Some(bench), &session, false, how, context)?;
         let Some(stopped) = &recorded.ran.stopped else { break recorded };
         let why = told(stopped, &recorded.ran);
         tries += 1;
         if recorded.ran.asked || !stood_still(stopped.tripped.cause) || tries == TRIES.len() {
-            bail!("{}: stopped: {why}; {}", session.display(), so_far(&out));
+            bail!("{}: stopped: {why}", session.display());
         }
         let aside = out.join(format!("stopped-{tries}"));
         fs::rename(&session, &aside).with_context(|| format!("{}: can't be moved", session.display()))?;
@@ -111,11 +121,11 @@ pub(super) fn run(arguments: &DemoArguments, context: &Context) -> anyhow::Resul
         ));
     };
     tell("The recording is exported, and the answer put under seal.");
-    let (bundle, zero) = export(&session, &proof, &tell, context)?;
+    let (bundle, zero) = export(&session, proof, tell, context)?;
     // The answer is what was true when the recording began, not when the bench was switched on.
     let (began, time_s) = recorded.began;
     let later_s = time_s.context("the demonstration's rig is simulated")? + zero.seconds_after(began);
-    conclude(&proof, seed, &world.later(later_s), &bundle)?;
+    conclude(proof, seed, &world.later(later_s), &bundle)?;
 
     tell("The recording is fitted as if nothing were concealed.");
     let fit = out.join("fit");

@@ -6,7 +6,7 @@ use crate::acquire::stay_resident;
 use crate::calib::set::CalibrationSet;
 use crate::clock::HostTime;
 use crate::dataset::read_mesh;
-use crate::device::{ForceSensor, Losses, MarkerSource, Stage, StageState};
+use crate::device::{ForceSensor, Losses, MarkerSource, Stage, StageState, with_causes};
 use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings, serial_ports};
 use crate::rig::{RigError, RigFile};
 use crate::track::{GreyView, Settings, Tracker};
@@ -95,8 +95,8 @@ pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Res
                 match NetFt::open(&NetFtSettings::at(address.clone())) {
                     Ok(mut sensor) => findings.push(force(&mut sensor)),
                     Err(error) => findings.push(Finding {
-                        text: format!("force sensor at {address}: {}", chain(&error)),
-                        json: json!({"force": address, "error": chain(&error)}),
+                        text: format!("force sensor at {address}: {}", with_causes(&error)),
+                        json: json!({"force": address, "error": with_causes(&error)}),
                         good: false,
                     }),
                 }
@@ -130,7 +130,7 @@ pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Res
 
 /// A device of a rig file that cannot be opened.
 fn missing(device: &'static str, error: &RigError) -> Finding {
-    let why = chain(error);
+    let why = with_causes(error);
     Finding { text: format!("{device}: {why}"), json: json!({"device": device, "error": why}), good: false }
 }
 
@@ -139,9 +139,9 @@ fn mesh(file: &Path) -> Finding {
     let name = file.display();
     let (text, error) = match read_mesh(file) {
         Ok(mesh) => (format!("mesh {name}: {} nodes", mesh.nodes.len()), None),
-        Err(error) if file.exists() => (format!("mesh: {}", chain(&error)), Some(chain(&error))),
+        Err(error) if file.exists() => (format!("mesh: {}", with_causes(&error)), Some(with_causes(&error))),
         Err(error) => {
-            (format!("mesh {name}: missing; `phantom-rig mesh block` makes one"), Some(chain(&error)))
+            (format!("mesh {name}: missing; `phantom-rig mesh block` makes one"), Some(with_causes(&error)))
         }
     };
     let good = error.is_none();
@@ -180,16 +180,16 @@ fn calibration(set: &CalibrationSet, serial: Option<&str>) -> anyhow::Result<Fin
 fn who(port: &str) -> Finding {
     let native = match NativeStage::connect(&NativeOptions::new(port)) {
         Ok(mut found) => return stage(&mut found),
-        Err(error) => chain(&error),
+        Err(error) => with_causes(&error),
     };
     match GrblStage::connect(&GrblOptions::new(port)) {
         Ok(mut found) => stage(&mut found),
         Err(error) => Finding {
             text: format!(
                 "{port}: no stage that this program knows\n  own protocol: {native}\n  Grbl: {}",
-                chain(&error)
+                with_causes(&error)
             ),
-            json: json!({"stage": port, "native": native, "grbl": chain(&error)}),
+            json: json!({"stage": port, "native": native, "grbl": with_causes(&error)}),
             good: false,
         },
     }
@@ -212,7 +212,7 @@ fn stage(stage: &mut dyn Stage) -> Finding {
             _ => ("not homed: run will home it first".to_owned(), true),
         },
         Ok(None) => ("does not report".to_owned(), false),
-        Err(error) => (chain(error), false),
+        Err(error) => (with_causes(error), false),
     };
     let mm = |x: f64| x * 1e3;
     let axis = |a: usize| {
@@ -273,8 +273,8 @@ fn camera(source: &mut dyn MarkerSource) -> Finding {
             }
         }
         Err(error) => Finding {
-            text: format!("camera at {name}: {}", chain(&error)),
-            json: json!({"camera": name, "error": chain(&error)}),
+            text: format!("camera at {name}: {}", with_causes(&error)),
+            json: json!({"camera": name, "error": with_causes(&error)}),
             good: false,
         },
     }
@@ -348,8 +348,8 @@ fn force(sensor: &mut dyn ForceSensor) -> Finding {
             }
         }
         Err(error) => Finding {
-            text: format!("force sensor at {}: {}", identity.address, chain(&error)),
-            json: json!({"force": identity.address, "error": chain(&error)}),
+            text: format!("force sensor at {}: {}", identity.address, with_causes(&error)),
+            json: json!({"force": identity.address, "error": with_causes(&error)}),
             good: false,
         },
     }
@@ -393,16 +393,4 @@ fn listen(sensor: &mut dyn ForceSensor) -> Result<Heard, crate::device::DeviceEr
         first_s: first.since(asked).as_secs_f64(),
         status: if status == 0 { Vec::new() } else { sensor.explain(status) },
     })
-}
-
-/// An error with all its causes.
-fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        text.push_str(": ");
-        text.push_str(&cause.to_string());
-        source = cause.source();
-    }
-    text
 }

@@ -91,9 +91,8 @@ impl Planned {
         source: &Path,
         title: &str,
         pokes: &[PlannedPoke],
-        rig: &Path,
+        rig: RigFile,
     ) -> anyhow::Result<Self> {
-        let rig = RigFile::read(rig)?;
         let bench = bench(&rig)?;
         let protocol = of_pokes(&source.display().to_string(), title, pokes, rig.rest_s())?;
         let steps = protocol.expand();

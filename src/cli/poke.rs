@@ -10,6 +10,7 @@ use crate::dataset::{
 };
 use crate::observation::{PlannedPoke, Recording};
 use crate::report::write_pokes;
+use crate::rig::RigFile;
 use crate::session::{Session, StartDocument};
 use crate::units::counted;
 use anyhow::{Context as _, bail};
@@ -145,20 +146,20 @@ fn make(
     first: &StartDocument,
     context: &Context,
 ) -> anyhow::Result<Session> {
-    let left = || {
-        let left = counted(pokes.len(), "poke", "pokes");
-        format!("{}, {left} still to be made", arguments.pokes.display())
-    };
-    let title = format!("{number:02}");
-    let mut planned =
-        Planned::of_pokes(&arguments.pokes, &title, pokes, &arguments.rig).with_context(left)?;
-    if planned.rig.public_text() != first.rig.text {
+    let rig = RigFile::read(&arguments.rig)?;
+    if rig.public_text() != first.rig.text {
         bail!(
             "{}: is not the rig file that {} was recorded with; nothing was moved",
             arguments.rig.display(),
             arguments.session.display()
         );
     }
+    let left = || {
+        let left = counted(pokes.len(), "poke", "pokes");
+        format!("{}, {left} still to be made", arguments.pokes.display())
+    };
+    let title = format!("{number:02}");
+    let mut planned = Planned::of_pokes(&arguments.pokes, &title, pokes, rig).with_context(left)?;
     // Before anything is opened, as `run` does.
     planned.plan([0.0, 0.0]).checked().with_context(left)?;
     // Nothing is left behind by what is refused up to here.

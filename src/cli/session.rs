@@ -7,6 +7,7 @@ use super::session_frame::{FrameArguments, frame};
 use super::{Context, Exit, Outcome, StagedSession};
 use crate::session::{Finding, Info, Outcome as SessionOutcome, Session, recover};
 use crate::units::counted;
+use anyhow::anyhow;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -163,7 +164,7 @@ fn info(path: &SessionPath) -> anyhow::Result<Outcome> {
 }
 
 /// Whether anything of a session can be read.
-pub(super) fn holds_anything(info: &Info) -> bool {
+fn holds_anything(info: &Info) -> bool {
     info.topics.values().any(|extent| extent.messages > 0)
 }
 
@@ -187,8 +188,17 @@ pub(super) fn lacks(session: &Session) -> anyhow::Result<Option<String>> {
     Ok((!lost.is_empty()).then(says))
 }
 
+/// Where a part of a session cannot be read, what an error finds missing may lie there.
+pub(super) fn and_damage(error: anyhow::Error, sessions: &[Session]) -> anyhow::Error {
+    let damaged = |info: &Info| info.unreadable_bytes > 0 && holds_anything(info);
+    match sessions.iter().find(|session| session.info().is_ok_and(|info| damaged(&info))) {
+        Some(session) => anyhow!("{error:#}\n{}", rescued(session.folder())),
+        None => error,
+    }
+}
+
 /// What to do with a session that is damaged.
-pub(super) fn rescued(session: &Path) -> String {
+fn rescued(session: &Path) -> String {
     let name = session.display();
     format!("Next: phantom-rig session recover {name} --out {name}-recovered saves what can be read")
 }

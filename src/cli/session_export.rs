@@ -2,12 +2,12 @@
 
 use super::look::{late, missing, seen};
 use super::recorded_run::MESH;
-use super::session::{SessionPath, holds_anything, lacks, rescued};
-use super::{Context, Exit, Kind, Outcome, StagedError, StagedFolder};
+use super::session::{SessionPath, and_damage, lacks};
+use super::{Context, Exit, Kind, Outcome, StagedError, StagedFolder, UsageError};
 use crate::dataset::{read_bundle, read_mesh, read_seen_sessions, write_bundle};
-use crate::session::{Info, Session};
+use crate::session::Session;
 use crate::units::counted;
-use anyhow::{Context as _, anyhow, bail};
+use anyhow::{Context as _, bail};
 use clap::{ArgGroup, Args};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -53,6 +53,9 @@ struct Bundled {
 }
 
 pub(super) fn export(arguments: &ExportArguments, context: &Context) -> anyhow::Result<Outcome> {
+    if arguments.bundle == arguments.csv {
+        return Err(UsageError("--bundle and --csv name the same folder; name two".to_owned()).into());
+    }
     let session = Session::open(&arguments.path.session)?;
     let mut sessions = vec![session.clone()];
     for folder in &arguments.more {
@@ -119,15 +122,7 @@ fn bundle(
         .iter()
         .filter_map(|(_, attached)| attached.as_ref()?.missing_on_beat)
         .reduce(|sum, more| sum + more);
-    let from = read_seen_sessions(&seen, mesh).map_err(|error| {
-        let error = anyhow::Error::new(error);
-        // Where a part cannot be read, what is missing may lie there.
-        let damaged = |info: &Info| info.unreadable_bytes > 0 && holds_anything(info);
-        match sessions.iter().find(|s| s.info().is_ok_and(|info| damaged(&info))) {
-            Some(damaged) => anyhow!("{error:#}\n{}", rescued(damaged.folder())),
-            None => error,
-        }
-    })?;
+    let from = read_seen_sessions(&seen, mesh).map_err(|error| and_damage(error.into(), sessions))?;
     write_bundle(&from.recording, staged.path()).context("the bundle")?;
     // A mesh of another phantom shows first where a fit reads the bundle.
     if let Err(error) = read_bundle(staged.path()) {

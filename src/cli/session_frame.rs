@@ -1,9 +1,9 @@
 //! `session frame`: one picture out of a session, as it was recorded.
 
-use super::session::{SessionPath, holds_anything, rescued};
+use super::session::{SessionPath, and_damage};
 use super::{Exit, Outcome, StagedFile, UsageError};
-use crate::session::{FrameAsked, OnePicture, Session, SessionError, Stream};
-use anyhow::{Context as _, anyhow, bail};
+use crate::session::{FrameAsked, OnePicture, Session, Stream};
+use anyhow::{Context as _, bail};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -55,7 +55,8 @@ pub(super) fn frame(arguments: &FrameArguments) -> anyhow::Result<Outcome> {
         StreamArgument::Grey => Stream::Grey,
         StreamArgument::Depth => Stream::Depth,
     };
-    let found = part.picture(asked, stream).map_err(|error| and_damage(error, &part))?;
+    let found =
+        part.picture(asked, stream).map_err(|error| and_damage(error.into(), std::slice::from_ref(&part)))?;
     std::fs::write(staged.path(), &found.picture.png)
         .with_context(|| format!("{}: can't be written", arguments.out.display()))?;
     staged.finish()?;
@@ -119,11 +120,4 @@ fn part(session: &Session, asked: Option<usize>) -> Result<(usize, Session), Usa
         Some(segment) if (1..=count).contains(&segment) => Ok((segment, parts.remove(segment - 1))),
         Some(segment) => Err(UsageError(format!("--segment {segment}: the last is {count}"))),
     }
-}
-
-/// Where a part cannot be read, what is missing may lie there.
-fn and_damage(error: SessionError, part: &Session) -> anyhow::Error {
-    let damaged = part.info().is_ok_and(|info| info.unreadable_bytes > 0 && holds_anything(&info));
-    let error = anyhow::Error::from(error);
-    if damaged { anyhow!("{error:#}\n{}", rescued(part.folder())) } else { error }
 }

@@ -444,6 +444,28 @@ mod tests {
         assert_eq!(names(&folder), [MARK]);
     }
 
+    #[test]
+    fn nothing_that_appeared_meanwhile_is_replaced_but_by_force() {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let (folder, file) = (place.path().join("fit"), place.path().join("mesh.msh"));
+        for force in [false, true] {
+            let one = StagedFolder::new(&folder, Kind::Fit, force).expect("free");
+            fs::create_dir(&folder).expect("not there yet");
+            fs::write(folder.join("chapter.tex"), "years").expect("writable");
+            assert_eq!(matches!(one.finish(), Err(StagedError::Taken { .. })), !force);
+            assert_eq!(names(&folder), [if force { MARK } else { "chapter.tex" }]);
+            fs::remove_dir_all(&folder).expect("ours");
+
+            let one = StagedFile::new(&file, force).expect("free");
+            fs::write(one.path(), "new").expect("writable");
+            fs::write(&file, "old").expect("writable");
+            assert_eq!(matches!(one.finish(), Err(StagedError::Exists { .. })), !force);
+            assert_eq!(fs::read_to_string(&file).expect("there"), if force { "new" } else { "old" });
+            fs::remove_file(&file).expect("ours");
+        }
+        assert_eq!(names(place.path()), [""; 0], "what was staged is gone");
+    }
+
     /// As a session is finished: read-only, folder and files.
     fn sealed_session(folder: &Path) {
         fs::create_dir(folder).expect("not there yet");

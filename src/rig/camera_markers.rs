@@ -4,7 +4,7 @@ use crate::calib::Registration;
 use crate::clock::HostTime;
 use crate::device::{
     DepthCamera, DepthCameraFormat, DepthCameraIdentity, DepthFrame, DeviceError, DotInPicture, FrameLosses,
-    MarkerFrame, MarkerPosition, MarkerSource,
+    MarkerFrame, MarkerPosition, MarkerSource, with_causes,
 };
 use crate::track::{Camera, DepthView, GreyView, Settings, ShownDots, State, TrackError, Tracker};
 
@@ -75,7 +75,7 @@ impl MarkerSource for CameraMarkers {
             Err(TrackError::TooFewDots { .. }) => Vec::new(),
             followed => followed.map_err(|error| DeviceError::Nonsense {
                 device: format!("camera {}", self.camera.identity().source),
-                said: error.to_string(),
+                said: with_causes(&error),
                 expected: "pictures in which dots can be followed",
             })?,
         };

@@ -150,6 +150,9 @@ fn a_place_that_is_taken_is_told_first() {
         let (code, _, stderr) = run(&["session", "export", utf8(&session), option, utf8(&taken)]);
         assert!(code == 1 && stderr.contains("taken exists"), "{stderr}");
     }
+    let same = ["--bundle", utf8(&taken), "--csv", utf8(&taken), "--force"];
+    let (code, _, stderr) = run(&[&["session", "export", utf8(&session)][..], &same].concat());
+    assert!(code == 2 && stderr.contains("name the same folder"), "{stderr}");
     // Its rig file lists no fiducials: that would be told next.
     let find = ["calibrate", "registration", utf8(&session), "--out", utf8(&known)];
     let (code, _, stderr) = run(&find);

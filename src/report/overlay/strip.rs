@@ -317,6 +317,34 @@ mod tests {
         assert_eq!((0..without.height()).filter(|y| *without.get_pixel(0, *y) == grey).count(), 30);
     }
 
+    /// However small a picture is, nothing that is written is cut off at the right or below.
+    #[test]
+    fn a_legend_is_whole_beside_a_small_picture() {
+        let levels = vec![200_u8; 40 * 30];
+        let crowd: Vec<MarkedDot> =
+            (0..30).map(|n| MarkedDot { radius_px: 1e3, ..dot(20.0, Mark::Certain, Some(n)) }).collect();
+        let picture =
+            |size_px, dots| MarkedPicture { size_px, levels: &levels, dots, caption: String::new() };
+        let words = "a mark that means what can be said in no fewer words than these, and in no shorter ones, as it seems";
+        let legend = [(Mark::Certain, "short"), (Mark::New, words)];
+        for dots in [vec![], crowd] {
+            let is_crowded = !dots.is_empty();
+            let sheet = drawn(&[picture([40, 30], dots)], &legend);
+            let [width, height] = [sheet.width(), sheet.height()];
+            let text = || sheet.enumerate_pixels().filter(|(.., p)| **p == TEXT);
+            let (right, low) = (text().map(|(x, ..)| x).max(), text().map(|(_, y, _)| y).max());
+            assert!(
+                right < Some(width - 1) && low < Some(height - 1),
+                "{right:?} {low:?} of {width} × {height}"
+            );
+            // The long words stand in a line of their own, whole: the last is where it ends.
+            assert!(right > Some(extent(words, 1)[0]), "{right:?}");
+            let rows: std::collections::BTreeSet<u32> = text().map(|(_, y, _)| y / line(2)).collect();
+            assert!(rows.len() >= if is_crowded { 3 } else { 2 }, "{rows:?}");
+        }
+        assert!(strip(&[picture([0, 30], vec![])], &legend).is_err());
+    }
+
     #[test]
     fn lines_are_broken_between_words() {
         assert_eq!(lines("one two three", 7 * 6 + 8, 1), ["one two", "three"]);

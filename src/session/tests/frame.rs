@@ -60,6 +60,27 @@ fn the_picture_asked_for_is_handed_out_to_the_last_bit() {
     assert_eq!(session.picture(FrameAsked::Number(20), Stream::Grey).expect("there").stamp, stamp(20));
 }
 
+/// A camera of nominally 30 frames a second that delivers ten: none of them is lost.
+#[test]
+fn a_slow_camera_has_lost_nothing() {
+    let place = tempfile::tempdir().expect("a folder");
+    let folder = place.path().join("session");
+    let writer = SessionWriter::create(&folder, start()).expect("a new session");
+    let mut recorder = writer.recorder();
+    for number in 0..5_u64 {
+        let host = at(number, 10);
+        assert!(recorder.frame(CameraFrame { host, number: number as u32, device_s: None }));
+        assert!(recorder.grey(Picture::of_grey(host, SIZE, &[7; 16 * 12]).expect("as many")));
+    }
+    drop(recorder);
+    writer.finish(Outcome::Success, Losses::default(), at(5, 10)).expect("written");
+    let session = Session::open(&folder).expect("a session");
+    for (time_s, number) in [(0.14, 1), (0.151, 2), (0.249, 2), (0.31, 3)] {
+        let found = session.picture(FrameAsked::At(time_s), Stream::Grey).expect("there");
+        assert_eq!(found.stamp.number, number, "{time_s}");
+    }
+}
+
 #[test]
 fn a_frame_that_is_not_there_is_named_with_those_beside_it() {
     let place = tempfile::tempdir().expect("a folder");
