@@ -90,6 +90,21 @@ proptest! {
         factor.solve_rows_in_place(&mut rows, 3).expect("a fitting length");
         let error = (DMatrix::from_vec(3, n, rows).transpose() - &expected).amax();
         prop_assert!(error <= 1e-10 * expected.amax(), "side by side: {error:e}");
+        // Halves of it on every other unknown, written from behind.
+        let halves = |j: usize, other: u32| -> Vec<(u32, f64)> {
+            let some = (0..n as u32).filter(|u| u % 2 == other);
+            some.flat_map(|u| [(u, 0.5 * rhs[(u as usize, j)]); 2]).collect()
+        };
+        let loads: Vec<Vec<(u32, f64)>> = (0..6).map(|c| halves(c / 2, c as u32 % 2)).collect();
+        let place: Vec<u32> = (0..n as u32).rev().collect();
+        let mut solutions = vec![vec![7.0; n + 1]; 6];
+        let loads: Vec<&[(u32, f64)]> = loads.iter().map(Vec::as_slice).collect();
+        factor.solve_loads(&loads, &place, &mut solutions).expect("fitting lengths");
+        for (pair, expected) in solutions.chunks(2).zip(expected.column_iter()) {
+            let off = (0..n).map(|u| (pair[0][n - 1 - u] + pair[1][n - 1 - u] - expected[u]).abs());
+            prop_assert!(off.fold(0.0, f64::max) <= 1e-10 * expected.amax().max(1e-300));
+            prop_assert_eq!((pair[0][n], pair[1][n]), (7.0, 7.0));
+        }
     }
 }
 
@@ -258,6 +273,14 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
     let mut rows = DMatrix::from_column_slice(problem.position.len(), columns, rhs.as_slice()).transpose();
     factored(&problem).solve_rows_in_place(rows.as_mut_slice(), columns).expect("a fitting length");
     assert!(rows.transpose().as_slice() == one, "side by side and one after the other differ");
+    let n = problem.position.len();
+    let loads: Vec<Vec<(u32, f64)>> =
+        rhs.as_slice().chunks(n).map(|column| (0..).zip(column.iter().copied()).collect()).collect();
+    let loads: Vec<&[(u32, f64)]> = loads.iter().map(Vec::as_slice).collect();
+    let mut solutions = vec![vec![0.0; n]; columns];
+    let place: Vec<u32> = (0..n as u32).collect();
+    factored(&problem).solve_loads(&loads, &place, &mut solutions).expect("fitting lengths");
+    assert!(solutions.concat() == one, "given by unknown and one after the other differ");
     let mut product = vec![0.0; problem.position.len()];
     let last = &one[problem.position.len() * (columns - 1)..];
     problem.matrix.multiply(last, &mut product);

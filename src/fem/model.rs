@@ -33,15 +33,13 @@ pub struct Model {
 /// A free component, a held one, and the stiffness between them.
 type Coupled = (u32, u32, f64);
 
-/// Loads that are solved for at once: what memory their right-hand sides need, besides the displacements, is bounded by it.
-const LOADS_AT_ONCE: usize = 128;
-
-/// What is solved for: forces (N), and, where given, displacements (m) of held components.
-enum Load<'a> {
-    /// Weights on components.
-    Weights(&'a Functional),
-    /// For every component, `[3 n + i]`.
-    Nodal { force: Vec<f64>, prescribed: Option<Vec<f64>> },
+/// What is solved for.
+#[derive(Default)]
+struct Load {
+    /// Forces (N) on unknowns; those on one add up.
+    forces: Vec<(u32, f64)>,
+    /// Displacements (m) of held components.
+    prescribed: Vec<(u32, f64)>,
 }
 
 /// Displacement of the whole body under a unit force at one spot, for a unit modulus.
@@ -101,15 +99,15 @@ impl Model {
     /// half-space; everything else is left to the elements.
     pub fn respond(&self, spots: &[&Spot]) -> Result<Vec<Response>, FemError> {
         let near: Vec<Option<Near>> = spots.iter().map(|spot| Near::of(spot, self.poisson_ratio)).collect();
+        if near.iter().any(Option::is_some) {
+            // Before any thread asks for it.
+            self.coupling();
+        }
         let loads = spots.par_iter().zip(&near).map(|(spot, near)| match near {
-            Some(near) => {
-                let ([fx, fy, fz], [x, y, z]) = near.remainder(&self.space, &self.held);
-                [(fx, x), (fy, y), (fz, z)]
-                    .map(|(force, prescribed)| Load::Nodal { force, prescribed: Some(prescribed) })
-            }
-            None => spot.weights.each_ref().map(Load::Weights),
+            Some(near) => self.remainder(near),
+            None => spot.weights.each_ref().map(|weights| self.weighed(weights)),
         });
-        let loads: Vec<[Load<'_>; 3]> = loads.collect();
+        let loads: Vec<[Load; 3]> = loads.collect();
         let mut solved = self.solve(loads.as_flattened())?.into_iter();
         Ok(near
             .into_iter()
@@ -122,13 +120,15 @@ impl Model {
 
     /// Nodal displacement under loads given as weights on components, for a unit modulus.
     pub fn respond_to(&self, loads: &[Functional]) -> Result<Vec<Vec<f64>>, FemError> {
-        self.solve(&loads.iter().map(Load::Weights).collect::<Vec<_>>())
+        self.solve(&loads.iter().map(|weights| self.weighed(weights)).collect::<Vec<_>>())
     }
 
     /// Nodal displacement under arbitrary nodal forces (`[3 n + i]`, N) for a unit modulus.
     pub fn displace(&self, forces: Vec<Vec<f64>>) -> Result<Vec<Vec<f64>>, FemError> {
-        let loads = forces.into_iter().map(|force| Load::Nodal { force, prescribed: None });
-        self.solve(&loads.collect::<Vec<_>>())
+        let load = |forces: Vec<f64>| {
+            self.weighed(&(0..).zip(forces).filter(|(_, force)| *force != 0.0).collect::<Functional>())
+        };
+        self.solve(&forces.into_iter().map(load).collect::<Vec<_>>())
     }
 
     /// Nodal forces of a body force per volume (N/m³): `∫ b N`.
@@ -150,61 +150,55 @@ impl Model {
     }
 
     /// Nodal displacement under each load.
-    fn solve(&self, loads: &[Load<'_>]) -> Result<Vec<Vec<f64>>, FemError> {
-        let prescribes = |load: &Load<'_>| matches!(load, Load::Nodal { prescribed: Some(_), .. });
-        let coupling = match loads.iter().any(prescribes) {
-            true => self.coupling.get_or_init(|| self.coupled()).as_slice(),
-            false => &[],
+    fn solve(&self, loads: &[Load]) -> Result<Vec<Vec<f64>>, FemError> {
+        let at_rest = |load: &Load| {
+            let mut field = vec![0.0; self.space.components()];
+            load.prescribed.iter().for_each(|&(component, u)| field[component as usize] = u);
+            field
         };
-        let unknowns = self.skeleton.layout.unknowns;
-        let block = |loads: &[Load<'_>]| {
-            let mut columns = vec![0.0; unknowns * loads.len()];
-            let each = columns.par_chunks_exact_mut(unknowns.max(1)).zip(loads);
-            each.for_each(|(column, load)| self.write_load(load, coupling, column));
-            self.factor.solve_in_place(&mut columns, loads.len())?;
-            let each = columns.par_chunks_exact(unknowns.max(1)).zip(loads);
-            Ok(each.map(|(column, load)| self.displacement(load, column)).collect())
-        };
-        let solved = loads.chunks(LOADS_AT_ONCE).map(block).collect::<Result<Vec<Vec<_>>, FemError>>()?;
-        Ok(solved.into_iter().flatten().collect())
+        let mut fields: Vec<Vec<f64>> = loads.iter().map(at_rest).collect();
+        let forces: Vec<&[(u32, f64)]> = loads.iter().map(|load| load.forces.as_slice()).collect();
+        self.factor.solve_loads(&forces, &self.skeleton.layout.components, &mut fields)?;
+        Ok(fields)
     }
 
-    /// Writes a load into its right-hand side, which is nought.
-    fn write_load(&self, load: &Load<'_>, coupling: &[Coupled], column: &mut [f64]) {
+    /// A load of weights on components; what is held does not feel it.
+    fn weighed(&self, weights: &Functional) -> Load {
         let unknown = &self.skeleton.layout.unknown;
-        match load {
-            Load::Weights(weights) => {
-                for &(component, weight) in *weights {
-                    if unknown[component as usize] != HELD {
-                        column[unknown[component as usize] as usize] += weight;
-                    }
-                }
-            }
-            Load::Nodal { force, prescribed } => {
-                for (&unknown, force) in unknown.iter().zip(force).filter(|(unknown, _)| **unknown != HELD) {
-                    column[unknown as usize] = *force;
-                }
-                // What prescribed displacements exert on free components.
-                let Some(prescribed) = prescribed else { return };
-                for &(free, held, k) in coupling {
-                    column[unknown[free as usize] as usize] -= k * prescribed[held as usize];
-                }
+        let on_unknowns = weights.iter().map(|&(component, weight)| (unknown[component as usize], weight));
+        Load { forces: on_unknowns.filter(|(unknown, _)| *unknown != HELD).collect(), ..Load::default() }
+    }
+
+    /// What a near field leaves to the elements, for a force along each axis.
+    fn remainder(&self, near: &Near) -> [Load; 3] {
+        let unknown = &self.skeleton.layout.unknown;
+        let (forces, held) = near.remainder(&self.space, &self.held);
+        let mut loads: [Load; 3] = Default::default();
+        let mut moved = vec![[0.0; 3]; self.space.components()];
+        for (node, u) in held {
+            for i in 0..3 {
+                let component = 3 * node + i as u32;
+                moved[component as usize] = [0, 1, 2].map(|j| u[(i, j)]);
+                loads.iter_mut().zip(moved[component as usize]).for_each(|(load, u)| {
+                    load.prescribed.push((component, u));
+                });
             }
         }
+        let of_faces = forces.iter().flat_map(|force| (0..3).map(|i| [0, 1, 2].map(|j| force[(i, j)])));
+        let mut on: Vec<[f64; 3]> = of_faces.collect();
+        // What prescribed displacements exert on free components.
+        for &(free, held, k) in self.coupling() {
+            on[free as usize].iter_mut().zip(moved[held as usize]).for_each(|(force, u)| *force -= k * u);
+        }
+        for (&unknown, force) in unknown.iter().zip(on).filter(|(u, f)| **u != HELD && *f != [0.0; 3]) {
+            loads.iter_mut().zip(force).for_each(|(load, force)| load.forces.push((unknown, force)));
+        }
+        loads
     }
 
-    /// Displacement of all components, of the unknowns' `column` and what is prescribed.
-    fn displacement(&self, load: &Load<'_>, column: &[f64]) -> Vec<f64> {
-        let prescribed = match load {
-            Load::Nodal { prescribed, .. } => prescribed.as_deref(),
-            Load::Weights(_) => None,
-        };
-        let of = |(c, &u): (usize, &u32)| match (u, prescribed) {
-            (HELD, Some(prescribed)) => prescribed[c],
-            (HELD, None) => 0.0,
-            (u, _) => column[u as usize],
-        };
-        self.skeleton.layout.unknown.iter().enumerate().map(of).collect()
+    /// The stiffness between free and held components, worked out when first needed.
+    fn coupling(&self) -> &[Coupled] {
+        self.coupling.get_or_init(|| self.coupled())
     }
 
     /// The stiffness between free and held components.

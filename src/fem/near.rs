@@ -149,37 +149,24 @@ impl Near {
         mean
     }
 
-    /// What is left to the elements: nodal forces of `−σ n` on the faces off the plane, and the prescribed
-    /// displacement `−u` at held nodes; one of each for every force direction, `[3 n + i]`.
-    pub fn remainder(&self, space: &Space, held: &[bool]) -> ([Vec<f64>; 3], [Vec<f64>; 3]) {
-        let mut force: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; space.components()]);
-        // Not a copy: most of it is never written.
-        let mut prescribed: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; space.components()]);
-        for (node, p) in space.nodes().iter().enumerate().filter(|&(node, _)| held[node]) {
-            let u = self.displacement(p);
-            for j in 0..3 {
-                for i in 0..3 {
-                    prescribed[j][3 * node + i] = -u[(i, j)];
-                }
-            }
-        }
-        let faces: Vec<usize> = (0..space.faces().len()).collect();
-        let on_faces: Vec<Option<[[Vec3; 6]; 3]>> =
-            faces.par_iter().map(|&face| self.on_face(space, face, held)).collect();
+    /// What is left to the elements: forces of `−σ n` on the faces off the plane, for every node, and the prescribed
+    /// displacement `−u` of every held node; column `j` for a unit force along axis `j`.
+    pub fn remainder(&self, space: &Space, held: &[bool]) -> (Vec<Mat3>, Vec<(u32, Mat3)>) {
+        let held_nodes = space.nodes().iter().zip(0..).zip(held).filter(|(_, held)| **held);
+        let prescribed = held_nodes.map(|((p, node), _)| (node, -self.displacement(p))).collect();
+        let faces = (0..space.faces().len()).into_par_iter();
+        let on_faces: Vec<Option<[Mat3; 6]>> = faces.map(|face| self.on_face(space, face, held)).collect();
+        let mut force = vec![Mat3::zeros(); space.nodes().len()];
         for (face, on_nodes) in on_faces.iter().enumerate() {
-            for (force, on_nodes) in force.iter_mut().zip(on_nodes.iter().flatten()) {
-                for (&node, f) in space.face_nodes(face).iter().zip(on_nodes) {
-                    for i in 0..3 {
-                        force[3 * node as usize + i] += f[i];
-                    }
-                }
+            for (&node, f) in space.face_nodes(face).iter().zip(on_nodes.iter().flatten()) {
+                force[node as usize] += f;
             }
         }
         (force, prescribed)
     }
 
-    /// Nodal forces of `−σ n` on one face, for every force direction; none on the held surface and the disc's plane.
-    fn on_face(&self, space: &Space, face: usize, held: &[bool]) -> Option<[[Vec3; 6]; 3]> {
+    /// Nodal forces of `−σ n` on one face; none on the held surface and the disc's plane.
+    fn on_face(&self, space: &Space, face: usize, held: &[bool]) -> Option<[Mat3; 6]> {
         let nodes = space.face_nodes(face);
         if nodes.iter().all(|&n| held[n as usize]) {
             return None;
@@ -190,14 +177,11 @@ impl Near {
             return None;
         }
         let (area, normal) = (triangle.area(), triangle.normal());
-        let mut forces = [[Vec3::zeros(); 6]; 3];
+        let mut forces = [Mat3::zeros(); 6];
         for &(l, w) in self.rule(&triangle.0) {
             let tractions = self.tractions(&triangle.at(l), &normal) * (-w * area);
-            let shape = space.order().face_shape(l);
-            for (on_nodes, t) in forces.iter_mut().zip(tractions.column_iter()) {
-                for (f, s) in on_nodes.iter_mut().zip(shape) {
-                    *f += t * s;
-                }
+            for (f, s) in forces.iter_mut().zip(space.order().face_shape(l)) {
+                *f += tractions * s;
             }
         }
         Some(forces)

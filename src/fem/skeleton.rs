@@ -19,6 +19,8 @@ pub(super) struct Layout {
     pub unknown: Vec<u32>,
     /// Number of unknowns.
     pub unknowns: usize,
+    /// Displacement component of each unknown.
+    pub components: Vec<u32>,
     /// Unknowns of every cell, those of held components left out.
     lists: Vec<Vec<u32>>,
     pattern: Arc<Pattern>,
@@ -38,10 +40,11 @@ impl Layout {
     /// For a body whose nodes `held` have no unknowns; and a point (m) for each unknown.
     fn new(space: &Space, held: &[bool]) -> (Self, Vec<[f64; 3]>) {
         let mut unknown = vec![HELD; space.components()];
-        let mut position = Vec::new();
+        let (mut position, mut free) = (Vec::new(), Vec::new());
         for (node, p) in space.nodes().iter().enumerate().filter(|&(node, _)| !held[node]) {
             for i in 0..3 {
                 unknown[3 * node + i] = position.len() as u32;
+                free.push((3 * node + i) as u32);
                 position.push([p.x, p.y, p.z]);
             }
         }
@@ -51,7 +54,7 @@ impl Layout {
             .collect();
         let unknowns = position.len();
         let pattern = Arc::new(Pattern::from_elements(unknowns, lists.iter().map(Vec::as_slice)));
-        (Self { unknown, unknowns, lists, pattern }, position)
+        (Self { unknown, unknowns, components: free, lists, pattern }, position)
     }
 
     /// The stiffness of all cells together (row-major, as [`cell_stiffness`](super::cell_stiffness) gives it).

@@ -57,7 +57,7 @@ impl Factor {
     /// # Errors
     /// [`SparseError::Length`] when `rhs` does not hold dimension × columns numbers.
     pub fn solve_in_place(&self, rhs: &mut [f64], columns: usize) -> Result<(), SparseError> {
-        self.check_length(rhs, columns)?;
+        check_length(RIGHT_HAND_SIDES, rhs.len(), self.dimension * columns)?;
         let substitution = self.symbolic.substitution(&self.values);
         rhs.par_chunks_mut(self.dimension * block_width(columns)).for_each(|block| {
             substitution.solve(block, block.len() / self.dimension);
@@ -70,7 +70,7 @@ impl Factor {
     /// # Errors
     /// As [`Factor::solve_in_place`].
     pub fn solve_rows_in_place(&self, rhs: &mut [f64], columns: usize) -> Result<(), SparseError> {
-        self.check_length(rhs, columns)?;
+        check_length(RIGHT_HAND_SIDES, rhs.len(), self.dimension * columns)?;
         let width = block_width(columns);
         let blocks = (0..columns).step_by(width).map(|first| first..(first + width).min(columns));
         let substitution = self.symbolic.substitution(&self.values);
@@ -78,12 +78,28 @@ impl Factor {
         Ok(())
     }
 
-    fn check_length(&self, rhs: &[f64], columns: usize) -> Result<(), SparseError> {
-        let expected = self.dimension * columns;
-        match rhs.len() == expected {
-            true => Ok(()),
-            false => Err(SparseError::Length { what: "right-hand sides", expected, found: rhs.len() }),
-        }
+    /// As [`Factor::solve_in_place`], right-hand sides given as numbers on some unknowns, in any order, those on one unknown added up.
+    /// Unknown `u` of a column is written to `place[u]` of its solution; nothing else there is touched.
+    ///
+    /// # Errors
+    /// [`SparseError::Length`] when `place` does not have one entry for each unknown, or there are not as many solutions as loads.
+    ///
+    /// # Panics
+    /// When an unknown or a place is beyond the end.
+    pub fn solve_loads(
+        &self,
+        loads: &[&[(u32, f64)]],
+        place: &[u32],
+        solutions: &mut [Vec<f64>],
+    ) -> Result<(), SparseError> {
+        check_length("places", place.len(), self.dimension)?;
+        check_length("solutions", solutions.len(), loads.len())?;
+        let substitution = self.symbolic.substitution(&self.values);
+        let width = block_width(loads.len());
+        loads.par_chunks(width).zip(solutions.par_chunks_mut(width)).for_each(|(loads, solutions)| {
+            substitution.solve_loads(loads, place, solutions);
+        });
+        Ok(())
     }
 
     /// The relative residual `‖A x − b‖ / (‖A‖ ‖x‖ + ‖b‖)`, in maximum norms, that the factor left for a seeded
@@ -108,6 +124,12 @@ impl Drop for Factor {
     fn drop(&mut self) {
         self.symbolic.reuse(std::mem::take(&mut self.values));
     }
+}
+
+const RIGHT_HAND_SIDES: &str = "right-hand sides";
+
+fn check_length(what: &'static str, found: usize, expected: usize) -> Result<(), SparseError> {
+    if found == expected { Ok(()) } else { Err(SparseError::Length { what, expected, found }) }
 }
 
 /// Columns of a block, of blocks that are about equal.
@@ -179,6 +201,11 @@ mod tests {
         assert_eq!(factor.solve_rows_in_place(&mut [0.0; 9], 2), refused);
         assert_eq!(factor.solve_in_place(&mut [], 0), Ok(()));
         assert_eq!(factor.solve_rows_in_place(&mut [], 0), Ok(()));
+        let lacking = |what| Err(SparseError::Length { what, expected: 4, found: 3 });
+        assert_eq!(factor.solve_loads(&[], &[0; 3], &mut []), lacking("places"));
+        let four: [&[(u32, f64)]; 4] = [&[]; 4];
+        assert_eq!(factor.solve_loads(&four, &[0; 4], &mut vec![vec![]; 3]), lacking("solutions"));
+        assert_eq!(factor.solve_loads(&[], &[0; 4], &mut []), Ok(()));
     }
 
     #[test]

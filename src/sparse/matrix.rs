@@ -1,5 +1,6 @@
 //! A symmetric matrix, filled element by element.
 
+use super::zeros::zeros;
 use super::{Pattern, SparseError};
 use std::sync::Arc;
 
@@ -14,7 +15,7 @@ pub struct SymmetricMatrix {
 impl SymmetricMatrix {
     /// The zero matrix.
     pub fn zeros(pattern: Arc<Pattern>) -> Self {
-        let values = vec![0.0; pattern.entries()];
+        let values = zeros(pattern.entries());
         Self { pattern, values }
     }
 

@@ -25,6 +25,7 @@ mod refinement;
 mod separator;
 mod substitution;
 mod tree;
+mod zeros;
 
 pub use analysis::{Analysis, Ordering};
 pub use error::SparseError;

@@ -4,6 +4,7 @@
 //! elimination tree are taken side by side, not columns, and unknowns lie row by row, which spares the dense kernels to pack the factor.
 
 use super::branches::{Branches, Part};
+use super::zeros::zeros;
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
@@ -42,6 +43,34 @@ impl Substitution<'_> {
         });
     }
 
+    /// As [`Substitution::solve`], right-hand sides given as numbers on some unknowns; unknown `u` of a column goes to `place[u]` of its
+    /// solution.
+    pub(super) fn solve_loads(&self, loads: &[&[(u32, f64)]], place: &[u32], solutions: &mut [Vec<f64>]) {
+        let columns = loads.len();
+        let mut first = vec![0_usize; self.order.len() + 1];
+        loads.iter().copied().flatten().for_each(|&(unknown, _)| first[unknown as usize + 1] += 1);
+        (1..first.len()).for_each(|i| first[i] += first[i - 1]);
+        let mut by_unknown = vec![(0_u32, 0.0); first[self.order.len()]];
+        let mut next = first.clone();
+        for (load, column) in loads.iter().zip(0..) {
+            for &(unknown, value) in *load {
+                let at = &mut next[unknown as usize];
+                by_unknown[*at] = (column, value);
+                *at += 1;
+            }
+        }
+        let solved = self.solved(columns, &|unknown, row| {
+            let own = &by_unknown[first[unknown]..first[unknown + 1]];
+            own.iter().for_each(|&(column, value)| row[column as usize] += value);
+        });
+        solutions.par_chunks_mut(LINE).enumerate().for_each(|(chunk, some)| {
+            self.for_each_row(&solved, columns, &mut |unknown, row| {
+                let at = place[unknown] as usize;
+                some.iter_mut().zip(&row[chunk * LINE..]).for_each(|(x, value)| x[at] = *value);
+            });
+        });
+    }
+
     /// As [`Substitution::solve`], right-hand sides side by side (row-major): those in blocks of columns.
     pub(super) fn solve_rows(&self, rhs: &mut [f64], columns: usize, blocks: &[Range<usize>]) {
         let part = |row: usize, block: &Range<usize>| row * columns + block.start..row * columns + block.end;
@@ -60,11 +89,11 @@ impl Substitution<'_> {
         }
     }
 
-    /// Solves for right-hand sides of which `fill` writes the row of an unknown.
+    /// Solves for right-hand sides of which `fill` writes the row of an unknown, all zeros before.
     fn solved(&self, columns: usize, fill: &(impl Fn(usize, &mut [f64]) + Sync)) -> Solved {
         let Branches { branches, trunk } = self.parts;
         let gathered = |part: &Part| {
-            let mut x = vec![0.0; (part.rows.len() + part.tail.len()) * columns];
+            let mut x = zeros((part.rows.len() + part.tail.len()) * columns);
             let rows = part.rows.iter().zip(x.chunks_exact_mut(columns));
             rows.for_each(|(&step, row)| fill(self.order[step] as usize, row));
             x
