@@ -63,6 +63,16 @@ fn explaining(selection: &Selection, plain: f64) -> Option<&Tried> {
     selection.chosen.map(|i| &selection.tried[i]).filter(|chosen| chosen.fitted.cost < plain)
 }
 
+/// What explains more than the reading that is `chosen`, and plainly so, though it earns less than is asked of it: the chosen one with
+/// something besides is no such thing.
+fn disbelieved<'s>(selection: &'s Selection, chosen: &Tried) -> Option<&'s Tried> {
+    let cost = chosen.fitted.cost;
+    let plainly = alike(selection.base.cost - cost);
+    let other = |t: &&Tried| !chosen.physics.iter().all(|p| t.physics.contains(p));
+    let more = selection.tried.iter().filter(other).filter(|t| cost - t.fitted.cost > plainly);
+    more.min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost))
+}
+
 /// Judges a selection by what is left before and after it. `plain` is the sum of squares of the baseline with a restraint found for itself.
 pub(super) fn judge(
     model: &Model<'_>,
@@ -133,7 +143,13 @@ pub(super) fn judge(
                 None if evidence.effects > 2 => format!("takes {} effects for it", evidence.effects),
                 None => "explains hardly more than chance or elements can".to_owned(),
             };
-            remarks.push(format!("{} comes closest, but {but}", names(&named)));
+            let more = disbelieved(selection, chosen);
+            let among = if more.is_some() { " of what can be believed" } else { "" };
+            remarks.push(format!("{} comes closest{among}, but {but}", names(&named)));
+            remarks.extend(more.map(|more| {
+                let more = names(&more.physics);
+                format!("{more} would explain more, but not enough to be told from what elements get wrong")
+            }));
         } else {
             let mut as_well: Vec<Physics> = Vec::new();
             let alike =
@@ -377,6 +393,18 @@ mod tests {
         assert_eq!(explaining(&selection, 1000.0).map(|t| t.fitted.cost), Some(100.0));
         assert!(explaining(&selection, 90.0).is_none());
         assert!(explaining(&Selection { chosen: None, ..selection }, 1000.0).is_none());
+    }
+
+    /// What explains more was not believed; with the same effect and another it is no rival, and hardly more is none.
+    #[test]
+    fn what_explains_more_is_told() {
+        let mut selection = selection();
+        let more = |s: &Selection, chosen: usize| disbelieved(s, &s.tried[chosen]).map(|t| t.fitted.cost);
+        assert_eq!(more(&selection, 2), Some(110.0));
+        assert_eq!(more(&selection, 3), Some(100.0));
+        assert_eq!(more(&selection, 1), None);
+        selection.tried.retain(|t| t.physics.len() == 1);
+        assert_eq!(more(&selection, 2), None);
     }
 
     /// The plainer of two effects that are doubted together, and what is said of the other.
