@@ -73,6 +73,16 @@ fn disbelieved<'s>(selection: &'s Selection, chosen: &Tried) -> Option<&'s Tried
     more.min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost))
 }
 
+/// What is said of a reading that is doubted, and of one that explains more.
+fn doubts(selection: &Selection, chosen: &Tried, named: &[Physics], but: &str) -> Vec<String> {
+    let closest = format!("{} comes closest of what can be believed, but {but}", names(named));
+    let more = disbelieved(selection, chosen).map(|more| {
+        let more = names(&more.physics);
+        format!("{more} would explain more, but not enough to be told from what elements get wrong")
+    });
+    [closest].into_iter().chain(more).collect()
+}
+
 /// Judges a selection by what is left before and after it. `plain` is the sum of squares of the baseline with a restraint found for itself.
 pub(super) fn judge(
     model: &Model<'_>,
@@ -143,13 +153,7 @@ pub(super) fn judge(
                 None if evidence.effects > 2 => format!("takes {} effects for it", evidence.effects),
                 None => "explains hardly more than chance or elements can".to_owned(),
             };
-            let more = disbelieved(selection, chosen);
-            let among = if more.is_some() { " of what can be believed" } else { "" };
-            remarks.push(format!("{} comes closest{among}, but {but}", names(&named)));
-            remarks.extend(more.map(|more| {
-                let more = names(&more.physics);
-                format!("{more} would explain more, but not enough to be told from what elements get wrong")
-            }));
+            remarks.extend(doubts(selection, chosen, &named, &but));
         } else {
             let mut as_well: Vec<Physics> = Vec::new();
             let alike =
@@ -403,6 +407,12 @@ mod tests {
         assert_eq!(more(&selection, 2), Some(110.0));
         assert_eq!(more(&selection, 3), Some(100.0));
         assert_eq!(more(&selection, 1), None);
+        let said = |chosen: usize| {
+            doubts(&selection, &selection.tried[chosen], &[Physics::CameraLag], "leaves much")
+        };
+        assert_eq!((said(1).len(), said(2).len()), (1, 2));
+        assert!(said(2)[0].contains("camera-lag comes closest"), "{:?}", said(2));
+        assert!(said(2)[1].contains("drying") && said(2)[1].contains("would explain more"), "{:?}", said(2));
         selection.tried.retain(|t| t.physics.len() == 1);
         assert_eq!(more(&selection, 2), None);
     }

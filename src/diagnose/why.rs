@@ -15,7 +15,8 @@ impl Judged {
                 "nothing explains as much with as little, but it is in no catalogue".to_owned()
             }
             Some(_) if selection.chosen == Some(tried) && self.verdict.unexplained => {
-                "it comes closest, but leaves too much or is hardly told from others".to_owned()
+                "it comes closest of what can be believed, but leaves too much or is hardly told from others"
+                    .to_owned()
             }
             Some(_) if selection.chosen == Some(tried) => {
                 "nothing explains as much with as little".to_owned()

@@ -92,7 +92,7 @@ impl Model {
 
     /// Displacement components solved for.
     pub fn unknowns(&self) -> usize {
-        self.skeleton.layout.unknowns
+        self.skeleton.layout.unknowns()
     }
 
     /// Responses to a unit force along each axis at each spot. Flat discs carry their near field by the
@@ -171,29 +171,26 @@ impl Model {
 
     /// What a near field leaves to the elements, for a force along each axis.
     fn remainder(&self, near: &Near) -> [Load; 3] {
-        let unknown = &self.skeleton.layout.unknown;
-        let (forces, held) = near.remainder(&self.space, &self.held);
-        let mut loads: [Load; 3] = Default::default();
-        let mut moved = vec![[0.0; 3]; self.space.components()];
-        for (node, u) in held {
-            for i in 0..3 {
-                let component = 3 * node + i as u32;
-                moved[component as usize] = [0, 1, 2].map(|j| u[(i, j)]);
-                loads.iter_mut().zip(moved[component as usize]).for_each(|(load, u)| {
-                    load.prescribed.push((component, u));
-                });
-            }
-        }
-        let of_faces = forces.iter().flat_map(|force| (0..3).map(|i| [0, 1, 2].map(|j| force[(i, j)])));
-        let mut on: Vec<[f64; 3]> = of_faces.collect();
+        let (mut forces, held) = near.remainder(&self.space, &self.held);
+        let mut moved = vec![Mat3::zeros(); forces.len()];
+        held.iter().for_each(|&(node, u)| moved[node as usize] = u);
+        let at = |component: u32| (component as usize / 3, component as usize % 3);
         // What prescribed displacements exert on free components.
         for &(free, held, k) in self.coupling() {
-            on[free as usize].iter_mut().zip(moved[held as usize]).for_each(|(force, u)| *force -= k * u);
+            let ((node, i), (other, l)) = (at(free), at(held));
+            let exerted = moved[other].row(l) * k;
+            forces[node].row_mut(i).zip_apply(&exerted, |force, exerted| *force -= exerted);
         }
-        for (&unknown, force) in unknown.iter().zip(on).filter(|(u, f)| **u != HELD && *f != [0.0; 3]) {
-            loads.iter_mut().zip(force).for_each(|(load, force)| load.forces.push((unknown, force)));
-        }
-        loads
+        [0, 1, 2].map(|j| {
+            let on = |(component, &unknown)| (unknown, forces[at(component).0][(at(component).1, j)]);
+            let on_unknowns = (0..).zip(&self.skeleton.layout.unknown).map(on);
+            let prescribed =
+                |&(node, u): &(u32, Mat3)| (0..3).map(move |i| (3 * node + i, u[(i as usize, j)]));
+            Load {
+                forces: on_unknowns.filter(|(unknown, force)| *unknown != HELD && *force != 0.0).collect(),
+                prescribed: held.iter().flat_map(prescribed).collect(),
+            }
+        })
     }
 
     /// The stiffness between free and held components, worked out when first needed.

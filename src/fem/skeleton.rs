@@ -17,8 +17,6 @@ pub(super) const HELD: u32 = u32::MAX;
 pub(super) struct Layout {
     /// Unknown of each displacement component, or [`HELD`].
     pub unknown: Vec<u32>,
-    /// Number of unknowns.
-    pub unknowns: usize,
     /// Displacement component of each unknown.
     pub components: Vec<u32>,
     /// Unknowns of every cell, those of held components left out.
@@ -52,9 +50,13 @@ impl Layout {
             .cells()
             .map(|cell| components(cell).map(|c| unknown[c]).filter(|&u| u != HELD).collect())
             .collect();
-        let unknowns = position.len();
-        let pattern = Arc::new(Pattern::from_elements(unknowns, lists.iter().map(Vec::as_slice)));
-        (Self { unknown, unknowns, components: free, lists, pattern }, position)
+        let pattern = Arc::new(Pattern::from_elements(free.len(), lists.iter().map(Vec::as_slice)));
+        (Self { unknown, components: free, lists, pattern }, position)
+    }
+
+    /// Number of unknowns.
+    pub(super) fn unknowns(&self) -> usize {
+        self.components.len()
     }
 
     /// The stiffness of all cells together (row-major, as [`cell_stiffness`](super::cell_stiffness) gives it).
@@ -126,7 +128,7 @@ impl Skeleton {
             matrix.add_element(&list, spring.matrix.as_slice());
         }
         if kept.iter().any(|kept| *kept) {
-            let mut pinned = vec![false; self.layout.unknowns];
+            let mut pinned = vec![false; self.layout.unknowns()];
             for (_, &u) in kept.iter().zip(&self.layout.unknown).filter(|(kept, u)| **kept && **u != HELD) {
                 pinned[u as usize] = true;
             }

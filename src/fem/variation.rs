@@ -260,7 +260,7 @@ impl Model {
 impl Varied<'_> {
     /// Fields under nodal forces, both loads × components.
     pub fn displace(&self, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, FemError> {
-        let (loads, n) = (forces.nrows(), self.skeleton.layout.unknowns);
+        let (loads, n) = (forces.nrows(), self.skeleton.layout.unknowns());
         let solved = |c: usize| {
             let u = self.skeleton.layout.unknown[c];
             (u != HELD && !self.kept.get(c).is_some_and(|kept| *kept)).then_some(u as usize)
