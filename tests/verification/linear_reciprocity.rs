@@ -1,7 +1,7 @@
 //! Maxwell and Betti: what a load at one place does at another is what a load there does here.
 
 use crate::bodies::cuboid;
-use phantom_rig::fem::{Model, Order, Resolution, Response, Spot, discretise};
+use phantom_rig::fem::{Model, Order, Resolution, Response, Spot, SpotKind, discretise};
 use phantom_rig::geometry::Vec3;
 use phantom_rig::mesh::{TetMesh, refine};
 
@@ -54,4 +54,22 @@ fn loads_and_readings_change_places() {
     let gaps = gaps(&spots, &responses);
     println!("{} unknowns, reciprocity {gaps:.6?}", model.unknowns());
     assert!(gaps.iter().all(|&g| g < 1e-3), "{gaps:.6?}");
+}
+
+/// The known glue holds still under every load: where it does, the near field of a disc is taken back to the last bit.
+#[test]
+fn what_is_held_stays_where_it_is() {
+    let model = Model::new(&cuboid([0.1, 0.08, 0.025], [5, 4, 2]), Order::P2, 0.47, "z-").expect("held");
+    let disc = Spot::disc(model.space(), model.space().surface("z+"), &Vec3::new(0.04, 0.03, 0.025), 0.008)
+        .expect("on the top");
+    let marker =
+        Spot { kind: SpotKind::Marker { foot: Vec3::zeros(), offset: Vec3::zeros() }, ..disc.clone() };
+    for (spot, has_near) in [(&disc, true), (&marker, false)] {
+        let response = &model.respond(&[spot]).expect("solved")[0];
+        assert_eq!(response.near_at(spot).norm() > 0.0, has_near);
+        for (node, p) in model.space().nodes().iter().enumerate() {
+            let moved = response.at_node(node, p);
+            assert_eq!(moved.norm() == 0.0, model.held()[node], "node {node} at {p}: {moved}");
+        }
+    }
 }
