@@ -1,6 +1,6 @@
 //! Where the fit of each entry of the catalogue begins; several places where the misfit may have several valleys.
 
-use super::bulk::{BulkKnob, Lab};
+use super::bulk::{BulkKnob, Lab, Look};
 use super::dual::Dual;
 use super::effects::Effects;
 use super::extra::Large;
@@ -140,9 +140,9 @@ pub(super) fn ready(model: &Model<'_>, knobs: &[(Knob, f64)], fine: bool) -> boo
 fn bulk(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
     let (Some(lab), Some(scan)) = (model.lab(), Scan::new(model, current)) else { return Vec::new() };
     let mut starts = Vec::new();
-    for physics in BULK {
-        let mut scanned: Vec<(f64, Vec<(BulkKnob, f64)>)> =
-            lab.places(physics).par_iter().flat_map_iter(|place| looked(lab, &scan, place)).collect();
+    for (physics, looks) in lab.looks() {
+        let gain = |(knobs, change): &Look| Some((scan.gain(change)?, knobs.clone()));
+        let mut scanned: Vec<(f64, Vec<(BulkKnob, f64)>)> = looks.par_iter().filter_map(gain).collect();
         scanned.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut kept: Vec<(f64, Vec<(BulkKnob, f64)>)> = Vec::new();
         for (gain, knobs) in scanned {
@@ -157,16 +157,10 @@ fn bulk(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
             let (gain, knobs) =
                 if gain < WORTH_MOVING { (gain, knobs) } else { moved(lab, &scan, gain, knobs) };
             let knobs = knobs.into_iter().map(|(knob, value)| (Knob::Bulk(knob), value)).collect();
-            Start { physics, knobs, gain: Some(gain) }
+            Start { physics: *physics, knobs, gain: Some(gain) }
         }));
     }
     starts
-}
-
-/// What a change, and the opposite one if there is one, would gain.
-fn looked(lab: &Lab<'_>, scan: &Scan, knobs: &[(BulkKnob, f64)]) -> Vec<(f64, Vec<(BulkKnob, f64)>)> {
-    let both = lab.first_order_both(knobs).unwrap_or_default();
-    both.into_iter().filter_map(|(knobs, change)| Some((scan.gain(&change)?, knobs))).collect()
 }
 
 /// Moves a place and its size, one knob after the other, to where the scan likes them most.
@@ -198,15 +192,6 @@ const WORTH_MOVING: f64 = 30.0;
 
 /// Rounds of moving, each by half as much.
 const HALVINGS: usize = 3;
-
-/// Entries that change the body.
-const BULK: [Physics; 5] = [
-    Physics::Inclusion,
-    Physics::Anisotropy,
-    Physics::PoissonRatio,
-    Physics::BaseDebonding,
-    Physics::CompliantBase,
-];
 
 /// So many places of each are kept.
 const BEST_PLACES: usize = 2;

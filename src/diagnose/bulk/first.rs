@@ -16,21 +16,47 @@ use super::knob::BulkKnob;
 use super::lab::Lab;
 use super::laws::screened;
 use super::loose::Loosened;
-use crate::diagnose::DiagnoseError;
+use crate::diagnose::{DiagnoseError, Physics};
 use crate::fem::{Constants, NodalForces};
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Knobs, and what they change.
-type Look = (Vec<(BulkKnob, f64)>, BodyChange);
+pub type Look = (Vec<(BulkKnob, f64)>, BodyChange);
+
+/// Entries that change the body.
+const ENTRIES: [Physics; 5] = [
+    Physics::Inclusion,
+    Physics::Anisotropy,
+    Physics::PoissonRatio,
+    Physics::BaseDebonding,
+    Physics::CompliantBase,
+];
 
 impl Lab<'_> {
+    /// What each entry that changes the body does at all its [`Lab::places`], to first order; places without an answer are left out.
+    /// Every reading that is scanned asks for the same: worked out when first needed, and kept.
+    ///
+    /// Memory: two matrices of everything seen under everything loaded for each place of a ball, one for each other place.
+    pub fn looks(&self) -> &[(Physics, Vec<Look>)] {
+        if let Some(looks) = self.looks.get() {
+            return looks;
+        }
+        let all = |physics: Physics| -> Vec<Look> {
+            let at = |knobs: &Vec<(BulkKnob, f64)>| self.first_order_both(knobs).unwrap_or_default();
+            self.places(physics).par_iter().flat_map_iter(at).collect()
+        };
+        let made = ENTRIES.map(|physics| (physics, all(physics))).to_vec();
+        self.looks.get_or_init(|| made)
+    }
+
     /// As [`Lab::first_order`], and for what may be more or less, also the opposite: a ball as much softer as this one is
     /// stiffer, for a change of the whole body that of the other sign.
     ///
     /// # Errors
     /// As [`Lab::changed`].
-    pub fn first_order_both(&self, knobs: &[(BulkKnob, f64)]) -> Result<Vec<Look>, DiagnoseError> {
+    fn first_order_both(&self, knobs: &[(BulkKnob, f64)]) -> Result<Vec<Look>, DiagnoseError> {
         let nu = self.model.poisson_ratio();
         let opposite = || -> Vec<(BulkKnob, f64)> {
             let turned = |knob: BulkKnob| knob == BulkKnob::BallRatio || knob.of_the_whole();

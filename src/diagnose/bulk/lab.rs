@@ -2,10 +2,11 @@
 
 use super::changes::BodyChange;
 use super::finer;
+use super::first::Look;
 use super::glue::Glue;
 use super::own::Own;
-use crate::diagnose::DiagnoseError;
 use crate::diagnose::body::Shape;
+use crate::diagnose::{DiagnoseError, Physics};
 use crate::fem::{
     Functional, Loose, Model, Space, Stiffness, barycentric_gradients, cell_stiffness, nodal_loads, readings,
 };
@@ -46,6 +47,7 @@ pub struct Lab<'a> {
     pub(super) own: Own,
     pub(super) settled: Option<&'a Settled<'a>>,
     pub(super) finer: OnceLock<BodyChange>,
+    pub(super) looks: OnceLock<Vec<(Physics, Vec<Look>)>>,
     /// Twice the body's volume over its surface (m).
     pub(super) thickness_m: f64,
     /// Smallest and largest coordinate of the body along each axis (m).
@@ -137,6 +139,7 @@ impl<'a> Lab<'a> {
             own,
             settled,
             finer: OnceLock::new(),
+            looks: OnceLock::new(),
             thickness_m: thickness_m(space),
             extent_m: [0, 1, 2].map(extent),
             seen,

@@ -34,5 +34,6 @@ mod rim;
 mod tests;
 
 pub use changes::BodyChange;
+pub use first::Look;
 pub use knob::BulkKnob;
 pub use lab::Lab;

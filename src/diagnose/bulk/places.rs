@@ -44,7 +44,7 @@ fn axes() -> impl Iterator<Item = [f64; 3]> {
 
 impl Lab<'_> {
     /// Sets of knobs to look at in a scan of this entry of the catalogue, none for an entry that is no change of the body.
-    /// Of what may be more or less only one is here: [`Lab::first_order_both`] answers for the other as well.
+    /// Of what may be more or less only one is here: [`Lab::looks`] has the other as well.
     pub fn places(&self, physics: Physics) -> Vec<Vec<(BulkKnob, f64)>> {
         match physics {
             Physics::Inclusion => {

@@ -349,3 +349,44 @@ fn places_are_on_the_body() {
     assert!(lab.places(Physics::BaseDebonding).iter().all(glued));
     assert!(lab.places(Physics::Drying).is_empty());
 }
+
+/// A scan looks at every place, and at its opposite where there is one: a ball as much softer, a change of the whole body of the other sign.
+#[test]
+fn every_place_is_looked_at_with_its_opposite() {
+    let model = model(&slab(), 0.45);
+    let lab = lab(&model);
+    let looks = lab.looks();
+    assert!(std::ptr::eq(looks, lab.looks()));
+    for (physics, looks) in looks {
+        let places = lab.places(*physics);
+        let known = |knobs: &[(BulkKnob, f64)]| {
+            let (_, change) = looks.iter().find(|(looked, _)| looked == knobs).expect("looked at");
+            all(change, None)
+        };
+        let turned = |turns: fn(&BulkKnob) -> bool, knobs: &[(BulkKnob, f64)]| -> Vec<(BulkKnob, f64)> {
+            knobs.iter().map(|&(knob, value)| (knob, if turns(&knob) { -value } else { value })).collect()
+        };
+        let alone = |knobs: &[(BulkKnob, f64)]| all(&lab.first_order(knobs).expect("sound"), None);
+        for knobs in &places {
+            assert_eq!(known(knobs), alone(knobs), "{knobs:?}");
+        }
+        let opposites = match physics {
+            Physics::Inclusion => {
+                for knobs in places.iter().map(|knobs| turned(|knob| *knob == BallRatio, knobs)) {
+                    assert_eq!(known(&knobs), alone(&knobs), "{knobs:?}");
+                }
+                places.len()
+            }
+            Physics::Anisotropy | Physics::PoissonRatio => {
+                for knobs in &places {
+                    let opposite: Vec<f64> = known(knobs).iter().map(|x| -x).collect();
+                    assert_eq!(known(&turned(|knob| knob.of_the_whole(), knobs)), opposite, "{knobs:?}");
+                }
+                places.len()
+            }
+            _ => 0,
+        };
+        assert!(!places.is_empty(), "{physics}");
+        assert_eq!(looks.len(), places.len() + opposites, "{physics}");
+    }
+}
