@@ -1,6 +1,6 @@
 //! Where the fit of each entry of the catalogue begins; several places where the misfit may have several valleys.
 
-use super::bulk::{BulkKnob, Lab, Look};
+use super::bulk::{BulkKnob, Lab};
 use super::dual::Dual;
 use super::effects::Effects;
 use super::extra::Large;
@@ -141,13 +141,13 @@ fn bulk(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
     let (Some(lab), Some(scan)) = (model.lab(), Scan::new(model, current)) else { return Vec::new() };
     let mut starts = Vec::new();
     for (physics, looks) in lab.looks() {
-        let gain = |(knobs, change): &Look| Some((scan.gain(change)?, knobs.clone()));
-        let mut scanned: Vec<(f64, Vec<(BulkKnob, f64)>)> = looks.par_iter().filter_map(gain).collect();
+        let mut scanned: Vec<(f64, &Vec<(BulkKnob, f64)>)> =
+            looks.par_iter().filter_map(|(knobs, change)| Some((scan.gain(change)?, knobs))).collect();
         scanned.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut kept: Vec<(f64, Vec<(BulkKnob, f64)>)> = Vec::new();
         for (gain, knobs) in scanned {
-            if kept.iter().all(|(_, other)| lab.apart(&knobs, other)) {
-                kept.push((gain, knobs));
+            if kept.iter().all(|(_, other)| lab.apart(knobs, other)) {
+                kept.push((gain, knobs.clone()));
             }
             if kept.len() == BEST_PLACES {
                 break;

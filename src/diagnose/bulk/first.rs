@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Knobs, and what they change.
-pub type Look = (Vec<(BulkKnob, f64)>, BodyChange);
+pub(super) type Look = (Vec<(BulkKnob, f64)>, BodyChange);
 
 /// Entries that change the body.
 const ENTRIES: [Physics; 5] = [
@@ -38,7 +38,7 @@ impl Lab<'_> {
     /// What each entry that changes the body does at all its [`Lab::places`], to first order; places without an answer are left out.
     /// Every reading that is scanned asks for the same: worked out when first needed, and kept.
     ///
-    /// Memory: two matrices of everything seen under everything loaded for each place of a ball, one for each other place.
+    /// Memory: a matrix of everything seen under everything loaded for each place, two where a place has an opposite.
     pub fn looks(&self) -> &[(Physics, Vec<Look>)] {
         if let Some(looks) = self.looks.get() {
             return looks;

@@ -34,6 +34,5 @@ mod rim;
 mod tests;
 
 pub use changes::BodyChange;
-pub use first::Look;
 pub use knob::BulkKnob;
 pub use lab::Lab;
