@@ -108,9 +108,10 @@ fn large(model: &Model<'_>, current: &Fitted) -> Vec<Start> {
     }
     let Some(shelf) = model.shelf(false) else { return Vec::new() };
     let modulus = current.at[0].exp();
+    // The second is the first one's limit: its curves are solved with those of the first, for less than alone.
     let mut starts = vec![
-        (Physics::FiniteStrain, vec![(Knob::FiniteStrain, 1.0)]),
         (Physics::StrainStiffening, vec![(Knob::Stiffening(StiffeningLaw::Fung), 2.0)]),
+        (Physics::FiniteStrain, vec![(Knob::FiniteStrain, 1.0)]),
     ];
     if let Ok(scale) = shelf.typical_scale(modulus, &model.tracks) {
         for share in [0.3, 3.0] {

@@ -4,7 +4,8 @@ use super::super::error::DiagnoseError;
 use super::curve::{Curve, Curves};
 use super::lab::Lab;
 use crate::fem::material::Law;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 /// Which energy stiffens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,8 +53,8 @@ pub struct Stiffening {
     law: StiffeningLaw,
     zero: Arc<Zero>,
     /// From the second knot on.
-    solved: Mutex<[Option<Arc<Curves>>; KNOTS.len() - 1]>,
-    rough: OnceLock<Curves>,
+    above: [OnceLock<Arc<Curves>>; KNOTS.len() - 1],
+    rough: OnceLock<Arc<Curves>>,
 }
 
 /// Curves at the first knot, where all laws are one.
@@ -82,7 +83,7 @@ impl Stiffening {
         laws.map(|law| Self {
             law,
             zero: Arc::clone(&zero),
-            solved: Mutex::default(),
+            above: Default::default(),
             rough: OnceLock::new(),
         })
     }
@@ -98,8 +99,8 @@ impl Stiffening {
         let first = below.saturating_sub(1);
         let mut stiffened = self.between(lab, first, stiffening)?;
         // A softer knot that cannot be pressed as deep as its stiffer neighbours must not end their curves.
-        let (lower, upper) = (self.knot(lab, below)?, self.knot(lab, below + 1)?);
-        let reached = |poke: usize| lower.pokes[poke].holds_to_m.min(upper.pokes[poke].holds_to_m);
+        let around = self.knots(lab, below..below + 2)?;
+        let reached = |poke: usize| around[0].pokes[poke].holds_to_m.min(around[1].pokes[poke].holds_to_m);
         let short = |c: &Curves| -> Vec<usize> {
             (0..c.pokes.len()).filter(|&poke| c.pokes[poke].holds_to_m < reached(poke)).collect()
         };
@@ -117,9 +118,9 @@ impl Stiffening {
     /// The polynomial through the knots from `first` on.
     fn between(&self, lab: &Lab, first: usize, stiffening: f64) -> Result<Stiffened, DiagnoseError> {
         let first = first.min(KNOTS.len() - TOGETHER);
-        let knots: Vec<usize> = (first..first + TOGETHER).collect();
-        let curves = knots.iter().map(|&knot| self.knot(lab, knot)).collect::<Result<Vec<_>, _>>()?;
-        let t: Vec<f64> = knots.iter().map(|&knot| KNOTS[knot].ln_1p()).collect();
+        let knots = first..first + TOGETHER;
+        let curves = self.knots(lab, knots.clone())?;
+        let t: Vec<f64> = KNOTS[knots].iter().map(|b| b.ln_1p()).collect();
         let (value, slope) = lagrange(&t, stiffening.ln_1p());
         let mix = |weights: &[f64]| Curves {
             pokes: (0..curves[0].pokes.len())
@@ -140,14 +141,10 @@ impl Stiffening {
     /// # Errors
     /// As [`Lab::curves`].
     pub fn roughly(&self, lab: &Lab, stiffening: f64) -> Result<Stiffened, DiagnoseError> {
-        let soft = self.roughly_zero(lab)?;
-        let stiff = match self.rough.get() {
-            Some(known) => known,
-            None => {
-                let made = lab.rough_curves(self.law.law(ROUGH_KNOT))?;
-                self.rough.get_or_init(|| made)
-            }
-        };
+        let laws = [(&self.zero.rough, KNOTS[0]), (&self.rough, ROUGH_KNOT)];
+        let laws = laws.map(|(known, stiffening)| (known, self.law.law(stiffening)));
+        let curves = filled(&laws, |laws| lab.rough_curves(laws))?;
+        let (soft, stiff) = (&curves[0], &curves[1]);
         let share = stiffening.max(0.0) / ROUGH_KNOT;
         let mix = |of_soft: f64, of_stiff: f64| Curves {
             pokes: soft
@@ -174,13 +171,8 @@ impl Stiffening {
     /// # Errors
     /// As [`Lab::curves`].
     pub fn roughly_zero(&self, lab: &Lab) -> Result<Arc<Curves>, DiagnoseError> {
-        match self.zero.rough.get() {
-            Some(known) => Ok(Arc::clone(known)),
-            None => {
-                let made = Arc::new(lab.rough_curves(self.law.law(KNOTS[0]))?);
-                Ok(Arc::clone(self.zero.rough.get_or_init(|| made)))
-            }
-        }
+        let all = filled(&[(&self.zero.rough, self.law.law(KNOTS[0]))], |laws| lab.rough_curves(laws))?;
+        Ok(Arc::clone(&all[0]))
     }
 
     /// The curves at 0: those of `finite-strain`. Solves one knot.
@@ -188,26 +180,31 @@ impl Stiffening {
     /// # Errors
     /// As [`Lab::curves`].
     pub fn at_zero(&self, lab: &Lab) -> Result<Arc<Curves>, DiagnoseError> {
-        match self.zero.full.get() {
-            Some(known) => Ok(Arc::clone(known)),
-            None => {
-                let made = Arc::new(lab.curves(self.law.law(KNOTS[0]))?);
-                Ok(Arc::clone(self.zero.full.get_or_init(|| made)))
-            }
-        }
+        Ok(Arc::clone(&self.knots(lab, 0..1)?[0]))
     }
 
-    /// Solved without the lock: a thread that helps with other work meanwhile must not wait for itself.
-    fn knot(&self, lab: &Lab, knot: usize) -> Result<Arc<Curves>, DiagnoseError> {
-        let Some(above) = knot.checked_sub(1) else { return self.at_zero(lab) };
-        let kept = || self.solved.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = kept()[above].clone();
-        if let Some(curves) = known {
-            return Ok(curves);
-        }
-        let made = Arc::new(lab.curves(self.law.law(KNOTS[knot]))?);
-        Ok(Arc::clone(kept()[above].get_or_insert(made)))
+    fn knots(&self, lab: &Lab, knots: Range<usize>) -> Result<Vec<Arc<Curves>>, DiagnoseError> {
+        let known = |knot: usize| match knot.checked_sub(1) {
+            Some(above) => &self.above[above],
+            None => &self.zero.full,
+        };
+        let knots: Vec<_> = knots.map(|knot| (known(knot), self.law.law(KNOTS[knot]))).collect();
+        filled(&knots, |laws| lab.curves(laws))
     }
+}
+
+/// What is known of some laws, what is missing solved together. Solved outside the cells: a thread that helps with other work meanwhile must
+/// not wait for itself.
+fn filled(
+    laws: &[(&OnceLock<Arc<Curves>>, Law)],
+    solve: impl Fn(&[Law]) -> Result<Vec<Curves>, DiagnoseError>,
+) -> Result<Vec<Arc<Curves>>, DiagnoseError> {
+    let missing: Vec<_> = laws.iter().filter(|(known, _)| known.get().is_none()).collect();
+    let asked: Vec<Law> = missing.iter().map(|(_, law)| *law).collect();
+    for ((known, _), curves) in missing.into_iter().zip(solve(&asked)?) {
+        known.get_or_init(|| Arc::new(curves));
+    }
+    Ok(laws.iter().filter_map(|(known, _)| known.get().cloned()).collect())
 }
 
 /// Weights of the polynomial through values at `knots`: of its value and of its derivative at `at`.

@@ -41,6 +41,10 @@ fn lab(bench: &Bench) -> Lab {
     Lab::new(bench, Order::P2).expect("a sound bench")
 }
 
+fn curves(lab: &Lab, law: Law) -> Curves {
+    lab.curves(&[law]).expect("a proper law").remove(0)
+}
+
 /// Force along the poke and displacement of the second marker by the braced Newton method, less the linear ones.
 fn by_newton(bench: &Bench, law: Law, depth: f64) -> [f64; 2] {
     let space = Arc::new(Space::new(&bench.mesh, Order::P2).expect("a space"));
@@ -74,7 +78,7 @@ fn curves_are_those_of_newtons_method() {
     let bench = slab(0.004);
     let lab = lab(&bench);
     for law in [Law::NeoHookean, Law::Fung { stiffening: 2.0 }, Law::Yeoh { stiffening: 1.0 }] {
-        let curves = lab.curves(law).expect("a proper law");
+        let curves = curves(&lab, law);
         let curve = &curves.pokes[0];
         assert!(curve.stopped.is_none());
         let scale = curve.at(0.004);
@@ -90,11 +94,34 @@ fn curves_are_those_of_newtons_method() {
     }
 }
 
+/// Pokes and laws that are solved in step keep their places: each is what it is beside fewer, and as deep as it goes.
+#[test]
+fn curves_that_are_solved_together_are_told_apart() {
+    let mut bench = slab(0.003);
+    let aslant = Poke { direction: Vec3::new(0.6, 0.0, -0.8), deepest_m: 0.002, ..bench.pokes[0] };
+    bench.pokes.push(aslant);
+    let lab = lab(&bench);
+    let laws = [Law::NeoHookean, Law::Fung { stiffening: 2.0 }];
+    let together = lab.curves(&laws).expect("proper laws");
+    assert_eq!(together.len(), 2);
+    for (both, law) in together.iter().zip(laws) {
+        let alone = curves(&lab, law);
+        assert_eq!(both.pokes.len(), 2);
+        for ((both, alone), poke) in both.pokes.iter().zip(&alone.pokes).zip(&bench.pokes) {
+            assert_eq!(both.holds_to_m, poke.deepest_m);
+            let (both, alone) = (both.at(0.002), alone.at(0.002));
+            assert!((&both - &alone).amax() < 1e-9 * alone.amax(), "{law:?}: {both} {alone}");
+        }
+    }
+    let [straight, stiffer] = [0, 1].map(|law| together[law].pokes[0].at(0.002));
+    assert!((straight - stiffer).amax() > 0.0);
+}
+
 /// Value and slope vanish at the surface: at a tenth of the depth a hundredth is left, up to the cubic term.
 #[test]
 fn curves_begin_flat() {
     let lab = lab(&slab(0.002));
-    let curves = lab.curves(Law::Fung { stiffening: 1.0 }).expect("a proper law");
+    let curves = curves(&lab, Law::Fung { stiffening: 1.0 });
     let curve = &curves.pokes[0];
     assert_eq!(curve.at(0.0).amax(), 0.0);
     assert_eq!(curve.at(-1e-4).amax(), 0.0);
@@ -110,8 +137,7 @@ fn curves_begin_flat() {
 fn rough_curves_have_the_shape() {
     let lab = lab(&slab(0.004));
     let law = Law::Fung { stiffening: 2.0 };
-    let (curves, rough) =
-        (lab.curves(law).expect("a proper law"), lab.rough_curves(law).expect("a proper law"));
+    let (curves, rough) = (curves(&lab, law), lab.rough_curves(&[law]).expect("a proper law").remove(0));
     for depth in [0.001, 0.002, 0.003, 0.004] {
         let (fine, rough) = (curves.pokes[0].at(depth), rough.pokes[0].at(depth));
         assert!((&fine - rough).amax() < 0.1 * curves.pokes[0].at(0.004).amax(), "{depth}");
@@ -123,7 +149,7 @@ fn rough_curves_have_the_shape() {
 #[test]
 fn curves_follow_the_stiffening() {
     let lab = lab(&slab(0.004));
-    let finite = lab.curves(Law::NeoHookean).expect("a proper law");
+    let finite = curves(&lab, Law::NeoHookean);
     for law in [StiffeningLaw::Fung, StiffeningLaw::Yeoh] {
         let [family] = Stiffening::of([law]);
         let at = |b: f64| family.at(&lab, b).expect("a proper law");
@@ -131,7 +157,7 @@ fn curves_follow_the_stiffening() {
         let zero = values(&finite);
         assert!((values(&at(0.0).curves) - &zero).amax() < 1e-3 * zero.amax());
         for b in [0.4, 2.0, 5.0] {
-            let solved = values(&lab.curves(law.law(b)).expect("a proper law"));
+            let solved = values(&curves(&lab, law.law(b)));
             let between = at(b);
             let change = (&solved - &zero).amax();
             assert!((values(&between.curves) - &solved).amax() < 0.03 * change, "{law:?} {b}");
@@ -146,7 +172,7 @@ fn curves_follow_the_stiffening() {
 #[test]
 fn a_curve_ends_where_equilibrium_does() {
     let lab = lab(&slab(0.03));
-    let curves = lab.curves(Law::NeoHookean).expect("a proper law");
+    let curves = curves(&lab, Law::NeoHookean);
     let curve = &curves.pokes[0];
     assert!(curve.stopped.is_some() && curve.holds_to_m < 0.03, "{}", curve.holds_to_m);
     assert!(curve.at(0.03).iter().all(|x| x.is_finite()));
@@ -258,7 +284,7 @@ fn strain_under_the_weight_changes_the_stiffness() {
 fn what_a_law_adds_hardly_knows_where_springs_are() {
     let depth = 0.004;
     let added = |bench: &Bench| {
-        let curves = lab(bench).curves(Law::Fung { stiffening: 2.0 }).expect("a proper law");
+        let curves = curves(&lab(bench), Law::Fung { stiffening: 2.0 });
         curves.pokes[0].at(depth)
     };
     let mut bench = slab(depth);
@@ -280,7 +306,7 @@ fn laws_of_stiffening_begin_at_one() {
     let shared = [&fung, &yeoh].map(|law| law.at_zero(&lab).expect("a proper law"));
     assert!(Arc::ptr_eq(&shared[0], &shared[1]));
     for law in [StiffeningLaw::Fung, StiffeningLaw::Yeoh] {
-        let own = lab.curves(law.law(0.0)).expect("a proper law").pokes[0].at(0.003);
+        let own = curves(&lab, law.law(0.0)).pokes[0].at(0.003);
         let shared = shared[0].pokes[0].at(0.003);
         assert!((&own - &shared).amax() < 1e-9 * shared.amax(), "{law:?}");
     }

@@ -18,6 +18,7 @@
 use super::{FiniteError, HeldBody, Tie, TieKind};
 use crate::sparse::{Factor, SymmetricMatrix};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A tie counts as dependent on others when they leave less than this share of its own compliance.
@@ -41,6 +42,15 @@ pub(super) struct Border {
     spread: Vec<f64>,
     /// Bᵀ X + C.
     schur: Option<Cholesky<f64, Dyn>>,
+}
+
+/// Right-hand sides for a factored system.
+pub(super) struct System<'a> {
+    pub(super) border: &'a Border,
+    /// Over the free components; δu once it is solved.
+    pub(super) r: Vec<f64>,
+    /// One a tie.
+    pub(super) g: Vec<f64>,
 }
 
 impl Border {
@@ -119,12 +129,39 @@ impl Border {
 
     /// Solves for δu (over `r`, which it replaces) and δλ (one a tie; 0 for those that take no part).
     pub(super) fn solve(&self, r: &mut [f64], g: &[f64]) -> Result<Vec<f64>, FiniteError> {
+        self.brace(r, g);
+        self.factor.solve_in_place(r, 1)?;
+        Ok(self.tie(r, g))
+    }
+
+    /// As [`Border::solve`] for many systems; what is over one factor reads that once for all. δλ of each.
+    pub(super) fn solve_together(systems: &mut [System<'_>]) -> Result<Vec<Vec<f64>>, FiniteError> {
+        systems.par_iter_mut().for_each(|one| one.border.brace(&mut one.r, &one.g));
+        let mut left: Vec<&mut System<'_>> = systems.iter_mut().collect();
+        while let Some(first) = left.first() {
+            let factor = Arc::clone(&first.border.factor);
+            let (mut these, others): (Vec<_>, Vec<_>) =
+                left.into_iter().partition(|one| Arc::ptr_eq(&one.border.factor, &factor));
+            let mut all: Vec<f64> = these.iter().flat_map(|one| one.r.iter().copied()).collect();
+            factor.solve_in_place(&mut all, these.len())?;
+            let solved = all.chunks_exact(factor.dimension());
+            these.iter_mut().zip(solved).for_each(|(one, solved)| one.r.copy_from_slice(solved));
+            left = others;
+        }
+        Ok(systems.par_iter_mut().map(|one| one.border.tie(&mut one.r, &one.g)).collect())
+    }
+
+    /// What braces add to a right-hand side.
+    fn brace(&self, r: &mut [f64], g: &[f64]) {
         for ((&j, column), rho) in self.active.iter().zip(&self.columns).zip(&self.braces) {
             for &(unknown, weight) in column {
                 r[unknown] -= rho * g[j] * weight;
             }
         }
-        self.factor.solve_in_place(r, 1)?;
+    }
+
+    /// From K⁻¹r, which it replaces by δu, to δλ.
+    fn tie(&self, r: &mut [f64], g: &[f64]) -> Vec<f64> {
         let mut multipliers = vec![0.0; self.ties];
         if let Some(schur) = &self.schur {
             let rhs = self.active.iter().enumerate().map(|(at, &j)| self.pull(at, r) + g[j]);
@@ -137,7 +174,7 @@ impl Border {
                 }
             }
         }
-        Ok(multipliers)
+        multipliers
     }
 
     /// b · x of an active tie over the free components.

@@ -14,7 +14,7 @@
 //! each).
 //!
 //! Many small loads on one body: [`HeldBody::at_rest`] (one factor) → [`AtRest::tied`] → [`Tied::linear`],
-//! [`Tied::equilibrium`] (quasi-Newton).
+//! [`HeldBody::equilibria`] (quasi-Newton).
 //!
 //! An [`Equilibrium`] is a converged state; anything else is an error that says how far the load got and why
 //! not farther. Deliberately absent: loads that follow the deformation, contact, inertia, and unstable states:
@@ -44,4 +44,4 @@ pub use loads::{Loads, Tie, TieKind};
 pub use rider::Rider;
 pub use solid::Solid;
 pub use stepping::Controls;
-pub use tied::{AtRest, Tied};
+pub use tied::{AtRest, Sought, Tied};

@@ -8,9 +8,11 @@
 use super::border::Border;
 use super::loads::Level;
 use super::newton::Search;
+use super::quasi::{Quasi, run_together};
 use super::{Change, Controls, Equilibrium, FiniteError, HeldBody, LoadStep, Solid, Tie};
 use crate::fem::material::{Law, Material, Moduli};
 use crate::sparse::Factor;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// The factored tangent of a body without strain.
@@ -24,6 +26,19 @@ pub struct Tied {
     ties: Vec<Tie>,
 }
 
+/// An equilibrium that is looked for.
+#[derive(Clone, Copy)]
+pub struct Sought<'a> {
+    /// How the body is tied.
+    pub tied: &'a Tied,
+    /// What it is made of.
+    pub solid: &'a Solid,
+    /// Where the far end of every tie has been moved to (m).
+    pub ends: &'a [f64],
+    /// Displacement and tie forces to begin with.
+    pub start: &'a Change,
+}
+
 impl HeldBody {
     /// Factors the tangent at rest, where only the moduli matter, whatever the law.
     ///
@@ -35,6 +50,39 @@ impl HeldBody {
         let rest = vec![0.0; self.space().components()];
         let tangent = self.linear(&Solid::homogeneous(material), &rest, &[])?.tangent;
         Ok(AtRest { factor: Arc::new(self.factor(&tangent, 0.0)?) })
+    }
+
+    /// Many equilibria, in their order; held components stay where they are. Loads are not cut into steps: a start that is too far away is
+    /// an error. Those over one factor are looked for in step, as reading that is most of the work.
+    ///
+    /// # Errors
+    /// What the linear solver reports. Of each, [`FiniteError`]: an unconverged state is never returned.
+    pub fn equilibria(
+        &self,
+        sought: &[Sought<'_>],
+        controls: &Controls,
+    ) -> Result<Vec<Result<Equilibrium, FiniteError>>, FiniteError> {
+        let level = |one: &Sought<'_>| Level {
+            held: vec![0.0; self.held().len()],
+            external: vec![0.0; self.space().components()],
+            targets: one.ends.to_vec(),
+        };
+        let levels: Vec<Level> = sought.iter().map(level).collect();
+        let begin = |(&Sought { tied, solid, ends, start }, level)| {
+            tied.check(self, &start.displacement, ends)?;
+            let search = Search { body: self, solid, ties: &tied.ties, controls, level, fraction: 1.0 };
+            let pull = start.tie_forces.iter().map(|f| -f).collect();
+            Quasi::new(search, &tied.border, start.displacement.clone(), pull)
+        };
+        let mut searches: Vec<Result<_, _>> = sought.par_iter().zip(&levels).map(begin).collect();
+        let mut begun: Vec<_> = searches.iter_mut().filter_map(|search| search.as_mut().ok()).collect();
+        run_together(&mut begun)?;
+        let ended: Vec<_> = searches.into_iter().map(|search| search.and_then(Quasi::ended)).collect();
+        let found = |((ended, one), level): ((Result<_, _>, &Sought<'_>), Level)| {
+            let (state, residuals) = ended?;
+            self.found(one.solid, &one.tied.ties, level, state, vec![LoadStep { fraction: 1.0, residuals }])
+        };
+        Ok(ended.into_par_iter().zip(sought).zip(levels).map(found).collect())
     }
 }
 
@@ -71,33 +119,6 @@ impl Tied {
         let mut displacement = vec![0.0; forces.len()];
         body.free().iter().zip(&step).for_each(|(&c, &x)| displacement[c as usize] = x);
         Ok(Change { displacement, tie_forces: pull.iter().map(|p| -p).collect() })
-    }
-
-    /// The equilibrium of the body made of `solid` with the far end of every tie moved to `ends` (m), looked for from
-    /// the displacement and tie forces of `start`; held components stay where they are. The load is not cut into
-    /// steps: a start that is too far away is an error.
-    ///
-    /// # Errors
-    /// [`FiniteError`]; an unconverged state is never returned.
-    pub fn equilibrium(
-        &self,
-        body: &HeldBody,
-        solid: &Solid,
-        ends: &[f64],
-        start: &Change,
-        controls: &Controls,
-    ) -> Result<Equilibrium, FiniteError> {
-        self.check(body, &start.displacement, ends)?;
-        let components = body.space().components();
-        let level = Level {
-            held: vec![0.0; body.held().len()],
-            external: vec![0.0; components],
-            targets: ends.to_vec(),
-        };
-        let search = Search { body, solid, ties: &self.ties, controls, level: &level, fraction: 1.0 };
-        let pull = start.tie_forces.iter().map(|f| -f).collect();
-        let (state, residuals) = search.run_without_factor(&self.border, start.displacement.clone(), pull)?;
-        body.found(solid, &self.ties, level, state, vec![LoadStep { fraction: 1.0, residuals }])
     }
 
     /// The same ties over the tangent at one of their equilibria, from which others are found in fewer iterations.
@@ -155,7 +176,11 @@ mod tests {
         let tied = body.at_rest(moduli).and_then(|rest| rest.tied(&body, ties)).expect("independent ties");
         let (ends, still) = ([-0.004, 0.001], vec![0.0; space.components()]);
         let linear = tied.linear(&body, &still, &ends).expect("solvable");
-        let found = tied.equilibrium(&body, &solid, &ends, &linear, &controls).expect("equilibrium");
+        let equilibrium = |tied: &Tied| -> Equilibrium {
+            let sought = [Sought { tied, solid: &solid, ends: &ends, start: &linear }];
+            body.equilibria(&sought, &controls).expect("solvable").remove(0).expect("equilibrium")
+        };
+        let found = equilibrium(&tied);
         let largest = newton.displacement().iter().fold(0.0_f64, |m, u| m.max(u.abs()));
         for (a, b) in found.displacement().iter().zip(newton.displacement()) {
             assert!((a - b).abs() < 1e-5 * largest, "{a} {b}");
@@ -168,8 +193,34 @@ mod tests {
             "nothing nonlinear in it"
         );
         let again = tied.refreshed(&body, &solid, &found).expect("stable");
-        let from_new = again.equilibrium(&body, &solid, &ends, &linear, &controls).expect("equilibrium");
+        let from_new = equilibrium(&again);
         assert!(from_new.iterations() < found.iterations());
+
+        // Beside others each is what it is alone, and one that fails leaves the others alone.
+        let half = ends.map(|end| 0.5 * end);
+        let short = Change { displacement: still[1..].to_vec(), ..linear.clone() };
+        let far = Change { displacement: vec![0.01; still.len()], ..linear.clone() };
+        let seek = |tied, ends, start| Sought { tied, solid: &solid, ends, start };
+        let together = [
+            seek(&tied, &half, &linear),
+            seek(&tied, &ends, &short),
+            seek(&again, &ends, &linear),
+            seek(&tied, &ends, &far),
+            seek(&tied, &ends, &linear),
+        ];
+        let together = body.equilibria(&together, &controls).expect("solvable");
+        let [Ok(halfway), Err(FiniteError::Length { .. }), Ok(new), Err(far), Ok(old)] = &together[..] else {
+            panic!("{together:?}");
+        };
+        assert!(matches!(far, FiniteError::OutOfIterations { .. } | FiniteError::Cell { .. }), "{far}");
+        for (one, alone) in [(new, &from_new), (old, &found)] {
+            assert!(one.iterations().abs_diff(alone.iterations()) <= 2, "in {} steps", one.iterations());
+            for (a, b) in one.displacement().iter().zip(alone.displacement()) {
+                assert!((a - b).abs() < 1e-6 * largest, "{a} {b}");
+            }
+        }
+        assert!((halfway.tie_displacements()[0] - half[0]).abs() < 1e-6 * largest);
+        assert!(halfway.tie_forces()[0].abs() < 0.6 * old.tie_forces()[0].abs());
         let other = HeldBody::clamped(space, "x-").expect("held");
         assert!(matches!(tied.linear(&other, &still[1..], &ends), Err(FiniteError::Length { .. })));
     }
