@@ -3,6 +3,7 @@
 use super::dual::{Dual, DualSolver};
 use super::effects::{Band, Effects};
 use super::march::Group;
+use super::slip::let_go;
 use super::sticky::Sliders;
 use crate::geometry::{Vec3, basis_from_axis};
 use nalgebra::{DMatrix, DVector};
@@ -14,25 +15,25 @@ pub(super) struct Spot {
     pub direction: Vec3,
 }
 
-/// Where the tip touches, which bands pull, and where the tip slides to: the direction of its force in the surface.
+/// Where the tip touches, and which bands pull.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Contact {
     pub at: Option<Spot>,
     pub pulling: Vec<bool>,
-    pub sliding: Option<[f64; 2]>,
 }
 
 /// The body with its restraint as a tip feels it where nothing is remembered: discs follow from the tip's force.
 pub(super) struct UnderTip {
     pub at: Spot,
     pub pulling: Vec<bool>,
-    /// The tip's path (in units of the modulus) by its force, solved where the tip does not slide; and what bands' gaps alone add to it.
-    path: DMatrix<Dual>,
+    /// The tip's path (in units of the modulus) by its force, solved; and what bands' gaps alone add to it.
     held: DualSolver,
     less: DVector<Dual>,
     /// Displacements of the discs by the tip's force, and without.
     discs: DMatrix<Dual>,
     alone: DVector<Dual>,
+    /// By a unit of path along each of the tip's axes, where it may let go of some.
+    pub by_path: Vec<DVector<Dual>>,
 }
 
 impl UnderTip {
@@ -46,9 +47,8 @@ impl UnderTip {
     ) -> Option<Self> {
         let n = compliance.d.nrows();
         let still = DVector::from_element(n, Dual::from(0.0));
-        let matrix = compliance.matrix(law, e, Some(tip), None);
-        let right =
-            compliance.right(law, &still, Some(&(tip, DVector::from_element(3, Dual::from(0.0)))), None);
+        let matrix = compliance.matrix(law, e, Some(tip));
+        let right = compliance.right(law, &still, Some((tip, DVector::from_element(3, Dual::from(0.0)))));
         let solver = DualSolver::new(&matrix.view((3, 3), (n, n)).into_owned())?;
         let mut discs = DMatrix::from_element(n, 3, Dual::from(0.0));
         for i in 0..3 {
@@ -59,29 +59,22 @@ impl UnderTip {
         let path = matrix.view((0, 0), (3, 3)) + pulled * &discs;
         let less = right.rows(0, 3) - pulled * &alone;
         let held = DualSolver::new(&path)?;
-        Some(Self { at: tip.at, pulling: pulling.to_vec(), path, held, less, discs, alone })
+        let by_path = tip.paths(e).into_iter().map(|path| Some(both(&held.solve(&path)?, |q| &discs * q)));
+        let by_path = by_path.collect::<Option<_>>()?;
+        Some(Self { at: tip.at, pulling: pulling.to_vec(), held, less, discs, alone, by_path })
     }
 
-    /// Force of the tip on a `path`, and displacements of the discs.
-    pub(super) fn answer(
-        &self,
-        tip: &Tip<'_>,
-        path: &DVector<Dual>,
-        sliding: Option<[f64; 2]>,
-    ) -> Option<DVector<Dual>> {
-        let mut right = path + &self.less;
-        let q = match (sliding, tip.effects.friction) {
-            (Some(to), Some(friction)) => {
-                let mut matrix = self.path.clone();
-                tip.slide(&mut matrix, to, friction);
-                tip.slide_right(&mut right);
-                DualSolver::new(&matrix)?.solve(&right)?
-            }
-            _ => self.held.solve(&right)?,
-        };
-        let u = &self.alone + &self.discs * &q;
-        Some(DVector::from_iterator(3 + u.len(), q.iter().chain(u.iter()).copied()))
+    /// Force of the tip on a `path` on which it holds on, and displacements of the discs.
+    pub(super) fn answer(&self, path: &DVector<Dual>) -> Option<DVector<Dual>> {
+        let q = self.held.solve(&(path + &self.less))?;
+        Some(both(&q, |q| &self.alone + &self.discs * q))
     }
+}
+
+/// A force of the tip, then the displacements of the discs.
+fn both(q: &DVector<Dual>, discs: impl Fn(&DVector<Dual>) -> DVector<Dual>) -> DVector<Dual> {
+    let u = discs(q);
+    DVector::from_iterator(q.len() + u.len(), q.iter().chain(u.iter()).copied())
 }
 
 /// `f = −K u + p` on the discs at one row; `K` has one block a disc.
@@ -157,13 +150,7 @@ pub(super) struct Compliance {
 
 impl Compliance {
     /// The system of one row: unknowns are the force of the tip, if it touches, and the discs' displacements.
-    pub(super) fn matrix(
-        &self,
-        law: &Law,
-        e: Dual,
-        tip: Option<&Tip<'_>>,
-        sliding: Option<[f64; 2]>,
-    ) -> DMatrix<Dual> {
+    pub(super) fn matrix(&self, law: &Law, e: Dual, tip: Option<&Tip<'_>>) -> DMatrix<Dual> {
         let (n, first) = (self.d.nrows(), if tip.is_some() { 3 } else { 0 });
         let mut m = DMatrix::from_element(first + n, first + n, Dual::from(0.0));
         m.view_mut((first, first), (n, n)).copy_from(&law.after(&self.d));
@@ -183,9 +170,6 @@ impl Compliance {
                 m[(i, 3 + j)] = -pull[(i, j)];
             }
         }
-        if let (Some(to), Some(friction)) = (sliding, tip.effects.friction) {
-            tip.slide(&mut m, to, friction);
-        }
         m
     }
 
@@ -194,19 +178,14 @@ impl Compliance {
         &self,
         law: &Law,
         past: &DVector<Dual>,
-        path: Option<&(&Tip<'_>, DVector<Dual>)>,
-        sliding: Option<[f64; 2]>,
+        path: Option<(&Tip<'_>, DVector<Dual>)>,
     ) -> DVector<Dual> {
         // One that is zero here may not stay so: a gap, or what a band has relaxed.
         let pulls = law.p.iter().any(|p| p.re != 0.0 || p.eps.0.is_some());
         let under = if !pulls { -past } else { &self.d * &law.p - past };
-        let Some((tip, path)) = path else { return under };
-        let mut tip_rows = path.clone();
+        let Some((tip, mut tip_rows)) = path else { return under };
         if pulls {
             tip_rows -= self.b.columns(3 * tip.at.site, 3).transpose() * &law.p;
-        }
-        if sliding.is_some() {
-            tip.slide_right(&mut tip_rows);
         }
         let mut right = DVector::from_element(3 + under.len(), Dual::from(0.0));
         right.rows_mut(0, 3).copy_from(&tip_rows);
@@ -224,45 +203,33 @@ pub(super) struct Tip<'a> {
 }
 
 impl Tip<'_> {
-    /// Two axes in the surface.
-    fn across(&self) -> [Vec3; 2] {
+    /// Two axes in the surface, and the one into it.
+    pub(super) fn axes(&self) -> [Vec3; 3] {
         let basis = basis_from_axis(&self.inward);
-        [basis.column(0).into_owned(), basis.column(1).into_owned()]
+        [basis.column(0).into_owned(), basis.column(1).into_owned(), self.inward]
     }
 
-    /// Of a sliding tip's three equations the one into the surface stays; along the surface the force is the friction's
-    /// share of that into it.
-    fn slide(&self, m: &mut DMatrix<Dual>, to: [f64; 2], friction: Dual) {
-        for j in 0..m.ncols() {
-            let into: Dual = (0..3).map(|i| m[(i, j)] * self.inward[i]).sum();
-            m[(0, j)] = into;
-            m[(1, j)] = Dual::from(0.0);
-            m[(2, j)] = Dual::from(0.0);
-        }
-        for (row, (axis, share)) in self.across().iter().zip(to).enumerate() {
-            for i in 0..3 {
-                m[(1 + row, i)] = -friction * (share * self.inward[i]) + axis[i];
-            }
-        }
+    /// A unit of path along each of them, in units of the modulus, where the tip may let go of some.
+    pub(super) fn paths(&self, e: Dual) -> Vec<DVector<Dual>> {
+        let axes = if self.effects.friction.is_some() { &self.axes()[..] } else { &[] };
+        axes.iter().map(|axis| DVector::from_fn(3, |i, _| e * axis[i])).collect()
     }
 
-    /// The same of the right-hand side.
-    fn slide_right(&self, right: &mut DVector<Dual>) {
-        let into: Dual = (0..3).map(|i| right[i] * self.inward[i]).sum();
-        *right = DVector::from_vec(vec![into, Dual::from(0.0), Dual::from(0.0)]);
-    }
-
-    /// Where the tip slides to: nowhere while its force is within the cone of friction about the surface's normal.
-    pub(super) fn sliding(&self, x: &DVector<Dual>, before: Option<[f64; 2]>) -> Option<[f64; 2]> {
-        let friction = self.effects.friction?.re;
-        if before.is_some() {
-            return before;
+    /// What a tip that rubs lets go of its path (m), taken off what follows from it: `x`, answers to which by a unit of path are `by_path`.
+    /// `None` where friction has no answer.
+    pub(super) fn let_go(&self, x: &mut DVector<Dual>, by_path: &[DVector<Dual>]) -> Option<[Dual; 3]> {
+        let mut gone = [Dual::from(0.0); 3];
+        let Some(friction) = self.effects.friction else { return Some(gone) };
+        let axes = self.axes();
+        let along = |x: &DVector<Dual>, axis: &Vec3| -> Dual { (0..3).map(|i| x[i] * axis[i]).sum() };
+        let firm = std::array::from_fn(|i| along(x, &axes[i]));
+        let stiffness = std::array::from_fn(|i| std::array::from_fn(|j| along(&by_path[j], &axes[i])));
+        let slip = let_go(&firm, &stiffness, friction)?;
+        for ((slip, axis), by_path) in slip.iter().zip(&axes).zip(by_path) {
+            x.axpy(-*slip, by_path, Dual::from(1.0));
+            gone.iter_mut().zip(axis.iter()).for_each(|(gone, share)| *gone += *slip * *share);
         }
-        let force = Vec3::new(x[0].re, x[1].re, x[2].re);
-        let pressed = force.dot(&self.inward);
-        let aside = self.across().map(|axis| force.dot(&axis));
-        let size = aside[0].hypot(aside[1]);
-        (pressed > 0.0 && size > friction * pressed).then(|| aside.map(|s| s / size))
+        Some(gone)
     }
 
     /// What the frame gives (m).

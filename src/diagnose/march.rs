@@ -4,7 +4,7 @@
 //! `v = C (q, f)`, and `v = 𝓔[u]` with the hereditary modulus `𝓔`, the same everywhere because Poisson's ratio does
 //! not relax. At each row `𝓔[u] = e u + h`, `h` known from the past ([`Memory`]), and discs pull with
 //! `f = −K u + p`, likewise. What is left is one linear system for `q` and the discs' displacements; which bands
-//! pull, which drag or slide ([`Sliders`]) and whether the tip slides is found by turns.
+//! pull, and which drag or slide ([`Sliders`]), is found by turns; what a tip that rubs lets go is taken off (`slip`).
 
 use super::body::Body;
 use super::contact::{Compliance, Contact, Law, Spot, Tip, UnderTip};
@@ -38,7 +38,7 @@ pub(super) struct March {
     pub depth: Vec<Depth>,
 }
 
-/// Rounds of finding which bands pull and whether the tip slides, at one row.
+/// Rounds of finding which bands pull and which drag, at one row.
 const ROUNDS: usize = 8;
 
 /// Steps are multiples of a nanosecond.
@@ -73,9 +73,9 @@ pub(super) fn march(
             Sliders::new(band.sticky.filter(|_| band.slack.is_none()), group.stiffness, group.discs.len())
         })
         .collect();
-    let mut kept: Option<(Key, DualSolver)> = None;
+    let mut kept: Option<(Key, DualSolver, Vec<DVector<Dual>>)> = None;
     let mut under_tip: Vec<UnderTip> = Vec::new();
-    let mut state = Contact { at: None, pulling: vec![true; groups.len()], sliding: None };
+    let mut state = Contact { at: None, pulling: vec![true; groups.len()] };
     let mut slid = [Dual::from(0.0); 3];
     let mut play = Play::default();
     let mut out = March { force: Vec::new(), loads: Vec::new(), depth: Vec::new() };
@@ -106,7 +106,7 @@ pub(super) fn march(
             slid = [Dual::from(0.0); 3];
             play = Play::default();
         }
-        state = Contact { at, sliding: None, ..state };
+        state = Contact { at, ..state };
         let tip = at
             .zip(row.contact.as_ref())
             .map(|(at, touch)| (Tip { at, inward: touch.inward, effects }, play.follow(touch, effects)));
@@ -114,9 +114,9 @@ pub(super) fn march(
         for _ in 0..ROUNDS {
             let law = Law::new(discs, groups, &effects.bands, &own, &state.pulling, &sliders);
             let path = tip.as_ref().map(|(tip, path)| {
-                (tip, DVector::from_fn(3, |i, _| e * (path[i] + slid[i]) + past[3 * tip.at.site + i]))
+                (tip, DVector::from_fn(3, |i, _| e * (path[i] - slid[i]) + past[3 * tip.at.site + i]))
             });
-            let x = match &path {
+            let (mut x, by_path) = match &path {
                 Some((tip, path)) if !remembers && !ages => {
                     let alike = |known: &&UnderTip| known.at == tip.at && known.pulling == state.pulling;
                     let known = match under_tip.iter().position(|known| alike(&known)) {
@@ -126,7 +126,8 @@ pub(super) fn march(
                             under_tip.len() - 1
                         }
                     };
-                    under_tip[known].answer(tip, path, state.sliding)?
+                    let known = &under_tip[known];
+                    (known.answer(path)?, &known.by_path)
                 }
                 _ => {
                     let key = Key {
@@ -136,24 +137,30 @@ pub(super) fn march(
                         state: state.clone(),
                         sliders: sliders.iter().flat_map(Sliders::state).collect(),
                     };
-                    if kept.as_ref().is_none_or(|(known, _)| *known != key) {
-                        let matrix =
-                            compliance.matrix(&law, e, tip.as_ref().map(|(tip, _)| tip), state.sliding);
-                        kept = Some((key, DualSolver::new(&matrix)?));
+                    if kept.as_ref().is_none_or(|(known, ..)| *known != key) {
+                        let matrix = compliance.matrix(&law, e, tip.as_ref().map(|(tip, _)| tip));
+                        let solver = DualSolver::new(&matrix)?;
+                        let paths = tip.as_ref().map_or_else(Vec::new, |(tip, _)| tip.paths(e));
+                        let alone = |path: DVector<Dual>| {
+                            solver.solve(&path.resize_vertically(3 + discs, Dual::from(0.0)))
+                        };
+                        let by_path = paths.into_iter().map(alone).collect::<Option<_>>()?;
+                        kept = Some((key, solver, by_path));
                     }
                     let past = past.rows(tips, discs).into_owned();
-                    let (_, solver) = kept.as_ref()?;
-                    solver.solve(&compliance.right(&law, &past, path.as_ref(), state.sliding))?
+                    let (_, solver, by_path) = kept.as_ref()?;
+                    let path = path.as_ref().map(|(tip, path)| (*tip, path.clone()));
+                    (solver.solve(&compliance.right(&law, &past, path))?, by_path)
                 }
             };
-            let u = x.rows(x.len() - discs, discs).into_owned();
-            let next = Contact {
-                at: state.at,
-                pulling: still_pulling(groups, effects, &own, &u),
-                sliding: tip.as_ref().and_then(|(tip, _)| tip.sliding(&x, state.sliding)),
+            let gone = match &tip {
+                Some((tip, _)) => tip.let_go(&mut x, by_path)?,
+                None => [Dual::from(0.0); 3],
             };
+            let u = x.rows(x.len() - discs, discs).into_owned();
+            let next = Contact { at: state.at, pulling: still_pulling(groups, effects, &own, &u) };
             let q = tip.as_ref().map_or([Dual::from(0.0); 3], |_| [x[0], x[1], x[2]]);
-            solved = Some(Solved { f: law.forces(&u), q, u, pulling: state.pulling.clone() });
+            solved = Some(Solved { f: law.forces(&u), q, u, gone, pulling: state.pulling.clone() });
             let of = |group: &Group| 3 * group.discs.start..3 * group.discs.end;
             let u = &solved.as_ref()?.u;
             let mut news = next != state;
@@ -165,15 +172,10 @@ pub(super) fn march(
             }
             state = next;
         }
-        let Solved { q, f, u, pulling } = solved?;
+        let Solved { q, f, u, gone, pulling } = solved?;
         // How the surface moved under the tips follows from the forces: under all of them where it is remembered.
         let mut moved = DVector::from_element(tips + discs, Dual::from(0.0));
-        let under = match (at, state.sliding) {
-            _ if remembers => 0..tips,
-            (Some(Spot { site, .. }), Some(_)) => 3 * site..3 * site + 3,
-            _ => 0..0,
-        };
-        for i in under {
+        for i in 0..if remembers { tips } else { 0 } {
             let by_discs: Dual = (0..discs).map(|j| compliance.b[(j, i)] * f[j]).sum();
             let by_tip: Dual = at.map_or(Dual::from(0.0), |Spot { site, .. }| {
                 (0..3).map(|j| compliance.a[(i, 3 * site + j)] * q[j]).sum()
@@ -181,9 +183,10 @@ pub(super) fn march(
             moved[i] = (by_tip + by_discs - past[i]) / e;
         }
         moved.rows_mut(tips, discs).copy_from(&u);
-        if let (Some((tip, path)), Some(_)) = (&tip, state.sliding) {
-            let give = tip.stage_give(&q);
-            slid = std::array::from_fn(|i| moved[3 * tip.at.site + i] + give[i] - path[i]);
+        if let Some((tip, _)) = &tip {
+            // What it let go of along the surface it does not get back; into it, it may press again.
+            let into: Dual = (0..3).map(|i| gone[i] * tip.inward[i]).sum();
+            slid = std::array::from_fn(|i| slid[i] + gone[i] - into * tip.inward[i]);
         }
         let (loads_e, loads_h) = loaded.step(dt, age);
         let per_modulus = Dual::from(1.0) / loads_e;
@@ -231,6 +234,8 @@ struct Solved {
     q: [Dual; 3],
     f: DVector<Dual>,
     u: DVector<Dual>,
+    /// What the tip let go of its path.
+    gone: [Dual; 3],
     /// Which bands pulled.
     pulling: Vec<bool>,
 }
@@ -338,6 +343,44 @@ mod tests {
         assert!(held[4] < 0.8 * held[1] && held[5] < 0.0, "{held:?}");
         assert!(pulled.iter().all(|pull| *pull >= 0.0) && pulled[5] == 0.0, "{pulled:?}");
         assert!(pulled[8] > 0.0 && pulled[8] < held[1], "{pulled:?}");
+    }
+
+    /// A dry tip, pressed aslant until it slides, held and drawn back: it never pulls, and what it does along the surface is at most friction's
+    /// share. A body that gives sideways when it is pressed; with a memory, too, that leaves a dent out of which the tip comes early.
+    #[test]
+    fn a_dry_tip_never_pulls() {
+        let depths_mm = [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 2.0, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1, 0.0];
+        let aslant = Vec3::new(0.8, 0.0, -0.6);
+        let mut body = body();
+        (body.tips_tips.value[(0, 2)], body.tips_tips.value[(2, 0)]) = (2.0, 2.0);
+        let with = |friction: Option<f64>, relaxed: Option<f64>| {
+            let mut effects = Effects::neutral(1);
+            effects.friction = friction.map(Dual::from);
+            let term = |share| Term { relaxed_fraction: Dual::from(share), time_constant_s: Dual::from(0.1) };
+            effects.relaxation.extend(relaxed.map(term));
+            let timeline =
+                Timeline { rows: poke_to(aslant, 0.1, &depths_mm).collect(), deepest_m: Vec::new() };
+            let groups = [Group { discs: 0..1, stiffness: Dual::from(2e3) }];
+            let marched = march(&timeline, &body, Dual::from(1e4), &groups, &effects).expect("a march");
+            marched.force.iter().map(|q| (q[0].re, -q[2].re)).collect::<Vec<(f64, f64)>>()
+        };
+        let (plain, remembered, lasting) =
+            (with(Some(0.5), None), with(Some(0.5), Some(0.0)), with(Some(0.5), Some(0.6)));
+        for dry in [&plain, &remembered, &lasting] {
+            let kept =
+                |(aside, pressed): &(f64, f64)| *pressed > -1e-12 && aside.abs() <= 0.5 * pressed + 1e-12;
+            assert!(dry.iter().all(kept), "{dry:?}");
+            assert!((dry[4].0 - 0.5 * dry[4].1).abs() < 1e-9, "it slides: {dry:?}");
+            assert!(dry[9].0 < -0.1, "it is pushed back: {dry:?}");
+        }
+        // A memory that forgets nothing is none.
+        let apart = |a: &(f64, f64), b: &(f64, f64)| (a.0 - b.0).abs().max((a.1 - b.1).abs());
+        assert!(plain.iter().zip(&remembered).all(|(a, b)| apart(a, b) < 1e-12), "{plain:?} {remembered:?}");
+        let off = |dry: &[(f64, f64)]| dry[1..13].iter().filter(|q| q.0.abs().max(q.1.abs()) < 1e-12).count();
+        assert_eq!(off(&plain), 0, "{plain:?}");
+        assert!(off(&lasting) > 1, "{lasting:?}");
+        // A bonded one does pull.
+        assert!(with(None, Some(0.6)).iter().any(|(_, pressed)| *pressed < -1e-3));
     }
 
     /// A gap of nothing has the derivative that a small one shows.

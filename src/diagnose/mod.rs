@@ -63,6 +63,7 @@ mod run;
 mod scan;
 mod screen;
 mod select;
+mod slip;
 mod spread;
 mod starts;
 mod sticky;
