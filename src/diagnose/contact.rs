@@ -3,7 +3,7 @@
 use super::dual::{Dual, DualSolver};
 use super::effects::{Band, Effects};
 use super::march::Group;
-use super::slip::let_go;
+use super::slip;
 use super::sticky::Sliders;
 use crate::geometry::{Vec3, basis_from_axis};
 use nalgebra::{DMatrix, DVector};
@@ -216,15 +216,15 @@ impl Tip<'_> {
     }
 
     /// What a tip that rubs lets go of its path (m), taken off what follows from it: `x`, answers to which by a unit of path are `by_path`.
-    /// `None` where friction has no answer.
-    pub(super) fn let_go(&self, x: &mut DVector<Dual>, by_path: &[DVector<Dual>]) -> Option<[Dual; 3]> {
+    /// `None` where no slip obeys friction.
+    pub(super) fn rub(&self, x: &mut DVector<Dual>, by_path: &[DVector<Dual>]) -> Option<[Dual; 3]> {
         let mut gone = [Dual::from(0.0); 3];
         let Some(friction) = self.effects.friction else { return Some(gone) };
         let axes = self.axes();
         let along = |x: &DVector<Dual>, axis: &Vec3| -> Dual { (0..3).map(|i| x[i] * axis[i]).sum() };
         let firm = std::array::from_fn(|i| along(x, &axes[i]));
         let stiffness = std::array::from_fn(|i| std::array::from_fn(|j| along(&by_path[j], &axes[i])));
-        let slip = let_go(&firm, &stiffness, friction)?;
+        let slip = slip::let_go(&firm, &stiffness, friction)?;
         for ((slip, axis), by_path) in slip.iter().zip(&axes).zip(by_path) {
             x.axpy(-*slip, by_path, Dual::from(1.0));
             gone.iter_mut().zip(axis.iter()).for_each(|(gone, share)| *gone += *slip * *share);

@@ -154,7 +154,7 @@ pub(super) fn march(
                 }
             };
             let gone = match &tip {
-                Some((tip, _)) => tip.let_go(&mut x, by_path)?,
+                Some((tip, _)) => tip.rub(&mut x, by_path)?,
                 None => [Dual::from(0.0); 3],
             };
             let u = x.rows(x.len() - discs, discs).into_owned();
@@ -381,6 +381,32 @@ mod tests {
         assert!(off(&lasting) > 1, "{lasting:?}");
         // A bonded one does pull.
         assert!(with(None, Some(0.6)).iter().any(|(_, pressed)| *pressed < -1e-3));
+    }
+
+    /// What was let go of is remembered with its derivatives, on the way in and back.
+    #[test]
+    fn friction_has_the_derivative_of_its_differences() {
+        let depths_mm = [0.0, 0.5, 1.0, 1.5, 2.0, 1.5, 1.0, 0.5];
+        let aslant = Vec3::new(0.7, 0.3, -0.6);
+        for relaxed in [None, Some(0.4)] {
+            let with = |friction: Dual| {
+                let mut effects = Effects::neutral(1);
+                effects.friction = Some(friction);
+                let term =
+                    |share| Term { relaxed_fraction: Dual::from(share), time_constant_s: Dual::from(0.5) };
+                effects.relaxation.extend(relaxed.map(term));
+                forces(poke_to(aslant, 0.1, &depths_mm), &effects)
+            };
+            let here = with(variable(0.5, 0));
+            let (more, less) = (with(Dual::from(0.5 + 1e-6)), with(Dual::from(0.5 - 1e-6)));
+            for ((here, more), less) in here.iter().zip(&more).zip(&less) {
+                for i in 0..3 {
+                    let slope = (more[i].0 - less[i].0) / 2e-6;
+                    assert!((here[i].1 - slope).abs() < 1e-6 + 1e-6 * slope.abs(), "{here:?} {slope}");
+                }
+            }
+            assert!(here[7][0].1.abs() > 0.1, "{here:?}");
+        }
     }
 
     /// A gap of nothing has the derivative that a small one shows.

@@ -8,6 +8,7 @@
 use super::dual::{Dual, DualSolver};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use num_dual::DualNum;
+use std::f64::consts::PI;
 
 /// Newton iterations, and halvings of each.
 const ITERATIONS: usize = 50;
@@ -15,38 +16,42 @@ const HALVINGS: usize = 30;
 /// What the law may leave, over the forces.
 const TOLERANCE: f64 = 1e-12;
 
-/// What the tip lets go of its path: along two axes in the surface and, where it has come off, into it. `firm`: its force along these axes
-/// if it held on; `stiffness`: by its path along them. `None` where the law has no answer.
-pub(super) fn let_go(firm: &[Dual; 3], stiffness: &[[Dual; 3]; 3], friction: Dual) -> Option<[Dual; 3]> {
-    let force = firm.map(|f| f.re);
-    let aside = Vector2::new(force[0], force[1]);
-    if aside.norm() <= friction.re * force[2] {
-        return Some([Dual::from(0.0); 3]);
-    }
-    match slides(firm, stiffness, friction) {
-        Some(slip) => Some(slip),
-        None => {
-            let matrix = DMatrix::from_fn(3, 3, |i, j| stiffness[i][j]);
-            let all = DualSolver::new(&matrix)?.solve(&DVector::from_column_slice(firm))?;
-            Some([all[0], all[1], all[2]])
-        }
-    }
-}
+/// Angles that are tried beside that of the force, on either side of it.
+const TURNS: usize = 12;
 
-/// The slip of a tip that stays on; `None` where it does not.
-fn slides(firm: &[Dual; 3], stiffness: &[[Dual; 3]; 3], friction: Dual) -> Option<[Dual; 3]> {
+/// What the tip lets go of its path: along two axes in the surface and, where it has come off, into it. `firm`: its force along these axes
+/// if it held on; `stiffness`: by its path along them. `None` where no slip obeys the law.
+pub(super) fn let_go(firm: &[Dual; 3], stiffness: &[[Dual; 3]; 3], friction: Dual) -> Option<[Dual; 3]> {
     let law = Law {
         firm: firm.map(|f| f.re),
         stiffness: stiffness.map(|row| row.map(|k| k.re)),
         friction: friction.re,
     };
-    let (size, angle) = law.solved()?;
+    let [x, y, into] = law.firm;
+    if x.hypot(y) <= law.friction * into {
+        return Some([Dual::from(0.0); 3]);
+    }
+    let along = y.atan2(x);
     // One more step of Newton's, with derivatives, gives those of the solution.
-    let left = law_left(firm, stiffness, friction, Dual::from(size), Dual::from(angle));
-    let inverse = law.slope(size, angle).try_inverse()?;
-    let step = |i: usize| -(left[0] * inverse[(i, 0)] + left[1] * inverse[(i, 1)]);
-    let (size, angle) = (step(0) + size, step(1) + angle);
-    Some([size * angle.cos(), size * angle.sin(), Dual::from(0.0)])
+    let slide = |(size, angle): (f64, f64)| {
+        let left = law_left(firm, stiffness, friction, Dual::from(size), Dual::from(angle));
+        let inverse = law.slope(size, angle).try_inverse()?;
+        let step = |i: usize| -(left[0] * inverse[(i, 0)] + left[1] * inverse[(i, 1)]);
+        let (size, angle) = (step(0) + size, step(1) + angle);
+        Some([size * angle.cos(), size * angle.sin(), Dual::from(0.0)])
+    };
+    if let Some(found) = law.solved(along) {
+        return slide(found);
+    }
+    let matrix = DMatrix::from_fn(3, 3, |i, j| stiffness[i][j]);
+    let all = DualSolver::new(&matrix)?.solve(&DVector::from_column_slice(firm))?;
+    // Without a force it is clear of the surface.
+    if all[2].re <= 0.0 {
+        return Some([all[0], all[1], all[2]]);
+    }
+    // Where the surface bulges much before a tip that slides, the way of the force is too far from that of the slip.
+    let turned = (1..=TURNS).flat_map(|turn| [1.0, -1.0].map(|side| side * PI * turn as f64 / TURNS as f64));
+    turned.into_iter().find_map(|turn| law.solved(along + turn)).and_then(slide)
 }
 
 /// What the law leaves along the surface where the slip has this size and angle.
@@ -94,15 +99,14 @@ impl Law {
         Matrix2::from_columns(&[by_size, by_angle])
     }
 
-    /// Size and angle of the slip of a tip that stays on.
-    fn solved(&self) -> Option<(f64, f64)> {
+    /// Size and angle of the slip of a tip that stays on, looked for from this angle.
+    fn solved(&self, mut angle: f64) -> Option<(f64, f64)> {
         let [x, y, into] = self.firm;
         let scale = x.hypot(y) + self.friction * into.abs();
-        let angle = y.atan2(x);
-        // What would do if it went the way of the force.
-        let slope = self.slope(0.0, angle).column(0).dot(&Vector2::new(angle.cos(), angle.sin()));
-        let size = if slope < 0.0 { (x.hypot(y) - self.friction * into) / -slope } else { 0.0 };
-        let (mut size, mut angle) = (size, angle);
+        // What would do that way.
+        let to = Vector2::new(angle.cos(), angle.sin());
+        let (left, slope) = (self.left(0.0, angle).dot(&to), self.slope(0.0, angle).column(0).dot(&to));
+        let mut size = if slope < 0.0 { (-left / slope).max(0.0) } else { 0.0 };
         let mut left = self.left(size, angle);
         for _ in 0..ITERATIONS {
             if left.norm() <= TOLERANCE * scale {
@@ -169,22 +173,41 @@ mod tests {
         assert!(slip[2] == 0.0 && felt(pulls, slip)[2] > 0.0, "{slip:?}");
     }
 
+    /// A tip that the surface bulges before: the search from the way of the force ends at nothing. It would be pressed in if it were off, so it
+    /// slides.
+    #[test]
+    fn a_tip_that_is_pressed_in_slides() {
+        let stiffness = [[1.0, 0.11, -0.48], [0.11, 0.15, -0.27], [-0.48, -0.27, 2.0]];
+        let (firm, friction) = ([0.0218, -0.5999, 1.0], 0.6);
+        let slip = let_go(&firm.map(Dual::from), &dual(stiffness), Dual::from(friction)).expect("slides");
+        let slip = slip.map(|s| s.re);
+        let felt = |i: usize| firm[i] - (0..3).map(|j| stiffness[i][j] * slip[j]).sum::<f64>();
+        assert!(slip[2] == 0.0 && felt(2) > 0.8, "{slip:?}");
+        let size = slip[0].hypot(slip[1]);
+        for i in 0..2 {
+            assert!((felt(i) - friction * felt(2) * slip[i] / size).abs() < 1e-11, "{slip:?}");
+        }
+    }
+
+    /// Of one that slides, and of one that is off.
     #[test]
     fn a_slip_has_the_derivatives_of_its_differences() {
-        let (firm, friction) = ([0.3, -0.2, 0.5], 0.3);
-        let at = |moved: [f64; 5]| {
-            let mut stiffness = dual(STIFFNESS);
-            stiffness[0][0] = variable(STIFFNESS[0][0] + moved[4], 4);
-            let firm = std::array::from_fn(|i| variable(firm[i] + moved[i], i));
-            let_go(&firm, &stiffness, variable(friction + moved[3], 3)).expect("slides")
-        };
-        let here = at([0.0; 5]);
-        for p in 0..5 {
-            let moved = |h: f64| at(std::array::from_fn(|i| if i == p { h } else { 0.0 }));
-            let (ahead, behind) = (moved(1e-6), moved(-1e-6));
-            for i in 0..2 {
-                let slope = (ahead[i].re - behind[i].re) / 2e-6;
-                assert!((gradient(&here[i], 5)[p] - slope).abs() < 1e-8 + 1e-6 * slope.abs(), "{p} {i}");
+        for firm in [[0.3, -0.2, 0.5], [0.05, 0.02, -0.3]] {
+            let at = |moved: [f64; 6]| {
+                let mut stiffness = dual(STIFFNESS);
+                stiffness[0][0] = variable(STIFFNESS[0][0] + moved[4], 4);
+                stiffness[2][1] = variable(STIFFNESS[2][1] + moved[5], 5);
+                let firm = std::array::from_fn(|i| variable(firm[i] + moved[i], i));
+                let_go(&firm, &stiffness, variable(0.3 + moved[3], 3)).expect("an answer")
+            };
+            let here = at([0.0; 6]);
+            for p in 0..6 {
+                let moved = |h: f64| at(std::array::from_fn(|i| if i == p { h } else { 0.0 }));
+                let (ahead, behind) = (moved(1e-6), moved(-1e-6));
+                for i in 0..3 {
+                    let slope = (ahead[i].re - behind[i].re) / 2e-6;
+                    assert!((gradient(&here[i], 6)[p] - slope).abs() < 1e-8 + 1e-6 * slope.abs(), "{p} {i}");
+                }
             }
         }
     }

@@ -143,6 +143,10 @@ impl<'a> Descent<'a> {
             }
             Err(_) => self.ahead.clear(),
         }
+        if self.ahead.is_empty() {
+            // A factor of its own, which others need not wait with.
+            self.refreshed = None;
+        }
     }
 
     /// Share of the deepest.

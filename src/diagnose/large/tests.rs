@@ -110,11 +110,11 @@ fn curves_that_are_solved_together_are_told_apart() {
         for ((both, alone), poke) in both.pokes.iter().zip(&alone.pokes).zip(&bench.pokes) {
             assert_eq!(both.holds_to_m, poke.deepest_m);
             let (both, alone) = (both.at(0.002), alone.at(0.002));
-            assert!((&both - &alone).amax() < 1e-9 * alone.amax(), "{law:?}: {both} {alone}");
+            assert!((&both - &alone).amax() < 1e-3 * alone.amax(), "{law:?}: {both} {alone}");
         }
     }
     let [straight, stiffer] = [0, 1].map(|law| together[law].pokes[0].at(0.002));
-    assert!((straight - stiffer).amax() > 0.0);
+    assert!((&straight - &stiffer).amax() > 0.02 * stiffer.amax(), "{straight} {stiffer}");
 }
 
 /// Value and slope vanish at the surface: at a tenth of the depth a hundredth is left, up to the cubic term.
