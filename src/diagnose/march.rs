@@ -116,7 +116,7 @@ pub(super) fn march(
             let path = tip.as_ref().map(|(tip, path)| {
                 (tip, DVector::from_fn(3, |i, _| e * (path[i] - slid[i]) + past[3 * tip.at.site + i]))
             });
-            let (mut x, by_path) = match &path {
+            let (mut x, by_path) = match path {
                 Some((tip, path)) if !remembers && !ages => {
                     let alike = |known: &&UnderTip| known.at == tip.at && known.pulling == state.pulling;
                     let known = match under_tip.iter().position(|known| alike(&known)) {
@@ -127,9 +127,9 @@ pub(super) fn march(
                         }
                     };
                     let known = &under_tip[known];
-                    (known.answer(path)?, &known.by_path)
+                    (known.answer(&path)?, &known.by_path)
                 }
-                _ => {
+                path => {
                     let key = Key {
                         e: e.re,
                         age_s: ages.then_some(row.time_s),
@@ -149,7 +149,6 @@ pub(super) fn march(
                     }
                     let past = past.rows(tips, discs).into_owned();
                     let (_, solver, by_path) = kept.as_ref()?;
-                    let path = path.as_ref().map(|(tip, path)| (*tip, path.clone()));
                     (solver.solve(&compliance.right(&law, &past, path))?, by_path)
                 }
             };
@@ -175,7 +174,8 @@ pub(super) fn march(
         let Solved { q, f, u, gone, pulling } = solved?;
         // How the surface moved under the tips follows from the forces: under all of them where it is remembered.
         let mut moved = DVector::from_element(tips + discs, Dual::from(0.0));
-        for i in 0..if remembers { tips } else { 0 } {
+        let under = if remembers { tips } else { 0 };
+        for i in 0..under {
             let by_discs: Dual = (0..discs).map(|j| compliance.b[(j, i)] * f[j]).sum();
             let by_tip: Dual = at.map_or(Dual::from(0.0), |Spot { site, .. }| {
                 (0..3).map(|j| compliance.a[(i, 3 * site + j)] * q[j]).sum()
@@ -345,11 +345,12 @@ mod tests {
         assert!(pulled[8] > 0.0 && pulled[8] < held[1], "{pulled:?}");
     }
 
-    /// A dry tip, pressed aslant until it slides, held and drawn back: it never pulls, and what it does along the surface is at most friction's
-    /// share. A body that gives sideways when it is pressed; with a memory, too, that leaves a dent out of which the tip comes early.
+    /// A dry tip, pressed aslant until it slides, held, drawn back and pressed again: it never pulls, what it does along the surface is at most
+    /// friction's share, and where it presses the surface goes into the body as far as it does. A body that gives sideways when it is pressed;
+    /// with a memory, too, that leaves a dent out of which the tip comes early.
     #[test]
     fn a_dry_tip_never_pulls() {
-        let depths_mm = [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 2.0, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1, 0.0];
+        let depths_mm = [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 2.0, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1, 0.0, 1.0, 2.0];
         let aslant = Vec3::new(0.8, 0.0, -0.6);
         let mut body = body();
         (body.tips_tips.value[(0, 2)], body.tips_tips.value[(2, 0)]) = (2.0, 2.0);
@@ -362,6 +363,16 @@ mod tests {
                 Timeline { rows: poke_to(aslant, 0.1, &depths_mm).collect(), deepest_m: Vec::new() };
             let groups = [Group { discs: 0..1, stiffness: Dual::from(2e3) }];
             let marched = march(&timeline, &body, Dual::from(1e4), &groups, &effects).expect("a march");
+            // The band is pulled by what the tip still does: u = (q + 4 f)/E and f = −k u.
+            for load in marched.loads.iter().filter(|_| relaxed.is_none()) {
+                for i in 0..3 {
+                    assert!((load[3 + i].re + 0.2 / 1.8 * load[i].re).abs() < 1e-16, "{load}");
+                }
+            }
+            for ((force, load), depth_mm) in marched.force.iter().zip(&marched.loads).zip(depths_mm) {
+                let into = 4.0 * load[2].re + 2.0 * load[0].re + load[5].re;
+                assert!(force[2].re > -1e-9 || (into + 0.6e-3 * depth_mm).abs() < 1e-14, "{into} {depth_mm}");
+            }
             marched.force.iter().map(|q| (q[0].re, -q[2].re)).collect::<Vec<(f64, f64)>>()
         };
         let (plain, remembered, lasting) =

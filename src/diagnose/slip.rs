@@ -50,8 +50,9 @@ pub(super) fn let_go(firm: &[Dual; 3], stiffness: &[[Dual; 3]; 3], friction: Dua
         return Some([all[0], all[1], all[2]]);
     }
     // Where the surface bulges much before a tip that slides, the way of the force is too far from that of the slip.
-    let turned = (1..=TURNS).flat_map(|turn| [1.0, -1.0].map(|side| side * PI * turn as f64 / TURNS as f64));
-    turned.into_iter().find_map(|turn| law.solved(along + turn)).and_then(slide)
+    let mut turned =
+        (1..=TURNS).flat_map(|turn| [1.0, -1.0].map(|side| side * PI * turn as f64 / TURNS as f64));
+    turned.find_map(|turn| law.solved(along + turn)).and_then(slide)
 }
 
 /// What the law leaves along the surface where the slip has this size and angle.

@@ -165,17 +165,29 @@ fn curves_follow_the_stiffening() {
             let slope = values(&between.by_stiffening);
             assert!((&slope - &difference).amax() < 1e-6 * slope.amax(), "{law:?} {b}");
         }
+        // Roughly, from two depths and along a line.
+        let roughly = |b: f64| values(&family.roughly(&lab, b).expect("a proper law").curves);
+        let two = values(&curves(&lab, law.law(2.0)));
+        assert!((roughly(0.0) - &zero).amax() < 0.1 * zero.amax(), "{law:?}");
+        assert!((roughly(2.0) - &two).amax() < 0.1 * two.amax(), "{law:?}");
     }
 }
 
-/// A body pressed beyond what it can bear: the curve ends where equilibrium does, and says why.
+/// A body pressed beyond what it can bear: the curve ends where equilibrium does, or half of the way from the depth before to the one that
+/// failed, and says why.
 #[test]
 fn a_curve_ends_where_equilibrium_does() {
-    let lab = lab(&slab(0.03));
-    let curves = curves(&lab, Law::NeoHookean);
-    let curve = &curves.pokes[0];
-    assert!(curve.stopped.is_some() && curve.holds_to_m < 0.03, "{}", curve.holds_to_m);
-    assert!(curve.at(0.03).iter().all(|x| x.is_finite()));
+    let mut ends = Vec::new();
+    for deepest in [0.01, 0.015, 0.03] {
+        let curves = curves(&lab(&slab(deepest)), Law::NeoHookean);
+        let curve = &curves.pokes[0];
+        assert!(curve.stopped.is_some() == (curve.holds_to_m < deepest), "{}", curve.holds_to_m);
+        assert!(curve.at(deepest).iter().all(|x| x.is_finite()));
+        ends.push(curve.holds_to_m / deepest);
+    }
+    assert!(ends[2] < 1.0, "{ends:?}");
+    let halfway = |end: &f64| [0.15, 0.45, 0.725, 0.925].iter().any(|half| (end - half).abs() < 1e-9);
+    assert!(ends.iter().any(halfway), "{ends:?}");
 }
 
 /// F = −E A x/L (1 − r (1 − exp(−E (x_max² − x²)/(2 L² m)))) for a bar, by hand.

@@ -204,3 +204,52 @@ fn stiffness_along(tangent: &SymmetricMatrix, b: &[(usize, f64)]) -> f64 {
     let energy: f64 = b.iter().map(|&(unknown, weight)| weight * product[unknown]).sum();
     if square > 0.0 { energy.abs() / (square * square) } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::finite::Solid;
+    use crate::fem::material::{Law, Material, Moduli};
+    use crate::fem::{Order, Space, Spot};
+    use crate::geometry::Vec3;
+    use crate::mesh::{Block, block};
+
+    /// One over a factor of its own, braced, between two that share another: each as it is alone.
+    #[test]
+    fn systems_that_are_solved_together_are_told_apart() {
+        let mesh = block(&Block { size_m: [0.03, 0.02, 0.02], cells: [3, 2, 2] }).expect("a block");
+        let space = Arc::new(Space::new(&mesh, Order::P2).expect("a space"));
+        let pad = |x: f64| -> [Vec<(u32, f64)>; 3] {
+            let centre = Vec3::new(x, 0.01, 0.02);
+            Spot::disc(&space, space.surface("z+"), &centre, 0.006).expect("on top").weights
+        };
+        let held: Vec<bool> = space.on_surface("z-").into_iter().flat_map(|on| [on; 3]).collect();
+        let body = HeldBody::with_pads(Arc::clone(&space), &held, &[pad(0.01)]).expect("held");
+        let moduli = Moduli::new(1e4, 0.45).expect("a proper solid");
+        let solid = Solid::homogeneous(Material::new(moduli, Law::Linear).expect("a proper law"));
+        let rest = vec![0.0; space.components()];
+        let tangent = || body.linear(&solid, &rest, &[]).expect("sound").tangent;
+        let ties = |x: f64| Tie::pad(&pad(x), &Vec3::zeros()).to_vec();
+        let factor = Arc::new(body.factor(&tangent(), 1.0).expect("positive definite"));
+        let over = |x: f64| Border::over(Arc::clone(&factor), &body, &ties(x)).expect("independent");
+        let own = Border::new(&body, &ties(0.01), tangent(), 1.0).expect("independent");
+        let borders = [over(0.01), own, over(0.02)];
+        assert!(borders[1].braces.iter().all(|brace| *brace > 0.0));
+        let system = |(i, border)| {
+            let r = (0..body.free().len()).map(|c| 1e-3 * ((c + i) % 7) as f64).collect();
+            let g = (0..3).map(|j| 1e-3 * (j + i + 1) as f64).collect();
+            System { border, r, g }
+        };
+        let mut systems: Vec<System<'_>> = borders.iter().enumerate().map(system).collect();
+        let pulls = Border::solve_together(&mut systems).expect("solvable");
+        for (i, (one, pull)) in systems.iter().zip(&pulls).enumerate() {
+            let System { mut r, g, .. } = system((i, one.border));
+            let alone = one.border.solve(&mut r, &g).expect("solvable");
+            let close = |a: &[f64], b: &[f64]| {
+                let largest = b.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-10 * largest)
+            };
+            assert!(close(&one.r, &r) && close(pull, &alone), "{i}: {pull:?} {alone:?}");
+        }
+    }
+}

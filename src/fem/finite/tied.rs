@@ -27,7 +27,6 @@ pub struct Tied {
 }
 
 /// An equilibrium that is looked for.
-#[derive(Clone, Copy)]
 pub struct Sought<'a> {
     /// How the body is tied.
     pub tied: &'a Tied,
