@@ -7,6 +7,7 @@
 
 use super::error::DiagnoseError;
 use super::model::{Acting, Marched, Model};
+use super::physics::Physics;
 use super::refit::{Effort, Fitted, IN_FULL, descend};
 use super::select::{Selection, Tried, reduced};
 use super::track::Track;
@@ -117,10 +118,23 @@ impl<'a> Anew<'a> {
         self.model
     }
 
+    /// As [`slack_glue`].
+    pub(super) fn slack_glue(&self) -> usize {
+        slack_glue(&self.model, &self.fitted)
+    }
+
     /// By which it is compared with other readings.
     pub(super) fn criterion(&self) -> f64 {
         self.fitted.criterion(&self.model)
     }
+}
+
+/// Number of glued spots of a reading in which restraint is slack. They stand for bands: where it is not known that these are slack, what holds
+/// firmly once it is taut looks like glue.
+pub(super) fn slack_glue(model: &Model<'_>, reading: &Fitted) -> usize {
+    let slack = reading.acting.knobs.iter().any(|knob| knob.physics() == Physics::SlackBand);
+    let patches = model.settled.at.state.patches.iter().enumerate();
+    patches.filter(|(p, patch)| slack && patch.glued && !reading.acting.without.contains(p)).count()
 }
 
 /// A refit that is to be compared ends where a step gains less than this.

@@ -22,7 +22,7 @@ pub(super) enum Knob {
     /// As for the phantom, of all restraint alike.
     BandRelaxed(usize),
     BandTime(usize),
-    /// Of all restraint alike, which then acts along a direction.
+    /// Of all restraint alike, which then acts along a direction; also of what the baseline took for glue, for it may be bands that are slack.
     Gap([f64; 3]),
     /// What drags beside all restraint alike, by the logarithm: stiffness over the springs', and slip (m).
     StickyRatio,

@@ -8,7 +8,7 @@
 //! 3. Is there a mismatch at all, where, and does what was chosen leave only noise?
 //! 4. How surely ([`verdict`](super::verdict)).
 
-use super::anew::{Anew, evidence, restraint, worth_it};
+use super::anew::{Anew, evidence, restraint, slack_glue, worth_it};
 use super::beyond::Beyond;
 use super::bulk::Lab;
 use super::curves::curves;
@@ -27,7 +27,7 @@ use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
 use super::rivals::others;
 use super::select::{Ended, MOST, Selection, Tried, finished, select};
 use super::undecided::undecided;
-use super::verdict::{EXPLAINS, Judged, ball_centre, judge};
+use super::verdict::{EXPLAINS, Judged, alike, ball_centre, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
 use nalgebra::{DMatrix, DVector};
@@ -139,11 +139,16 @@ impl Run<'_> {
         // What as many effects as may act do not come close to restraint is not expected to bring close.
         let asked =
             if acting == MOST || selection.ended == Some(Ended::Hopeless) { EXPLAINS } else { WORTH_IT };
+        let done = look + 1 == LOOKS.len() || acting == effects;
         let hopeless = match readings.first() {
-            Some(best) => before.explained(&Beyond::noise(&left(model, &best.fitted)?)) < asked,
+            Some(best) => {
+                let here = Explained { model, fitted: &best.fitted };
+                let there = plain.unwrap_or(Explained { model, fitted: &selection.base });
+                let of_means = before.explained(&Beyond::noise(&left(model, &best.fitted)?));
+                !worth_a_look(of_means, [there, here].map(unseen), asked)
+            }
             None => true,
         };
-        let done = look + 1 == LOOKS.len() || acting == effects;
         if done || hopeless || (quiet && selection.chosen.is_none()) {
             self.select(model, &mut selection, Some(&before), MOST)?;
             return self.said(model, selection, plain);
@@ -161,8 +166,10 @@ impl Run<'_> {
                 best = Some(anew);
             }
         }
-        let here = selection.best().criterion(model);
-        match best.filter(|best| best.criterion() < here - BETTER) {
+        let (here, glued) = (selection.best().criterion(model), slack_glue(model, selection.best()));
+        // Springs in the place of glue that is slack, which is none, need only explain as much.
+        let lacks = |best: &Anew<'_>| if best.slack_glue() < glued { alike(0.0) } else { -BETTER };
+        match best.filter(|best| best.criterion() < here + lacks(best)) {
             Some(best) => {
                 let mut other = best.into_model();
                 let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
@@ -318,6 +325,18 @@ impl Run<'_> {
 /// that no other can help to enough, must explain what a verdict asks for.
 const WORTH_IT: f64 = 0.3;
 
+/// What a reading leaves beyond noise in pokes that its fit has not seen; NaN where that is not known.
+fn unseen(Explained { model, fitted }: Explained<'_>) -> f64 {
+    let squares = fitted.held_out(model).map_or(f64::NAN, |pokes| pokes.iter().sum());
+    squares - fitted.values() as f64
+}
+
+/// Whether restraint is worth looking for under a reading that explains such a share of the means that are beyond noise, or takes so much of
+/// what pokes that a fit has not seen leave there. Of two effects one may leave what stands out most in the means, and explain most all the same.
+fn worth_a_look(of_means: f64, [before, after]: [f64; 2], asked: f64) -> bool {
+    of_means >= asked || (before > 0.0 && before - after >= asked * before)
+}
+
 /// What explains less no finer elements bring close.
 const WORTH_RESOLVING: f64 = 0.5;
 
@@ -451,4 +470,17 @@ fn candidates(model: &Model<'_>, selection: &Selection, judged: &Judged) -> Vec<
         }
     }
     refitted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Either share is enough; where nothing is beyond noise, or it is not known what is, there is none.
+    #[test]
+    fn one_share_is_enough_to_look_for_restraint() {
+        assert!(worth_a_look(0.3, [f64::NAN; 2], 0.3) && worth_a_look(0.2, [100.0, 69.0], 0.3));
+        assert!(!worth_a_look(0.2, [100.0, 71.0], 0.3) && !worth_a_look(0.2, [100.0, f64::NAN], 0.3));
+        assert!(!worth_a_look(0.2, [-100.0, -500.0], 0.3) && !worth_a_look(0.2, [-500.0, -10.0], 0.3));
+    }
 }
