@@ -119,7 +119,7 @@ impl<'a> Anew<'a> {
     }
 
     /// As [`slack_glue`].
-    pub(super) fn slack_glue(&self) -> usize {
+    pub(super) fn slack_glue(&self) -> Option<usize> {
         slack_glue(&self.model, &self.fitted)
     }
 
@@ -129,12 +129,12 @@ impl<'a> Anew<'a> {
     }
 }
 
-/// Number of glued spots of a reading in which restraint is slack. They stand for bands: where it is not known that these are slack, what holds
-/// firmly once it is taut looks like glue.
-pub(super) fn slack_glue(model: &Model<'_>, reading: &Fitted) -> usize {
+/// Number of glued spots of a reading in which restraint is slack; none where it is not. They may stand for bands: what holds firmly once it is
+/// taut looks like glue while it is not known to be slack.
+pub(super) fn slack_glue(model: &Model<'_>, reading: &Fitted) -> Option<usize> {
     let slack = reading.acting.knobs.iter().any(|knob| knob.physics() == Physics::SlackBand);
     let patches = model.settled.at.state.patches.iter().enumerate();
-    patches.filter(|(p, patch)| slack && patch.glued && !reading.acting.without.contains(p)).count()
+    slack.then(|| patches.filter(|(p, patch)| patch.glued && !reading.acting.without.contains(p)).count())
 }
 
 /// A refit that is to be compared ends where a step gains less than this.

@@ -31,6 +31,7 @@ use super::verdict::{EXPLAINS, Judged, alike, ball_centre, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
 use nalgebra::{DMatrix, DVector};
+use std::cmp::Ordering;
 
 /// Diagnoses `recording`.
 ///
@@ -139,17 +140,17 @@ impl Run<'_> {
         // What as many effects as may act do not come close to restraint is not expected to bring close.
         let asked =
             if acting == MOST || selection.ended == Some(Ended::Hopeless) { EXPLAINS } else { WORTH_IT };
-        let done = look + 1 == LOOKS.len() || acting == effects;
-        let hopeless = match readings.first() {
+        let done = look + 1 == LOOKS.len() || acting == effects || (quiet && selection.chosen.is_none());
+        let ends = match readings.first().filter(|_| !done) {
             Some(best) => {
                 let here = Explained { model, fitted: &best.fitted };
                 let there = plain.unwrap_or(Explained { model, fitted: &selection.base });
                 let of_means = before.explained(&Beyond::noise(&left(model, &best.fitted)?));
-                !worth_a_look(of_means, [there, here].map(unseen), asked)
+                of_means < asked && !explains_unseen([there, here].map(unseen_sd), asked)
             }
             None => true,
         };
-        if done || hopeless || (quiet && selection.chosen.is_none()) {
+        if ends {
             self.select(model, &mut selection, Some(&before), MOST)?;
             return self.said(model, selection, plain);
         }
@@ -158,18 +159,17 @@ impl Run<'_> {
         let evidence = evidence(model, &readings)?;
         let restraint = restraint(model, &readings, &evidence)?;
         let held: Vec<_> = restraint.iter().map(|anew| Some(settled.with(anew.as_ref()?))).collect();
+        let (here, glued) = (selection.best().criterion(model), slack_glue(model, selection.best()));
         let mut best: Option<Anew<'_>> = None;
         for (tried, held) in readings.iter().zip(&held) {
             let Some(held) = held else { continue };
             let Some(anew) = Anew::new(model, &tried.fitted, held)? else { continue };
-            if best.as_ref().is_none_or(|b| anew.criterion() < b.criterion()) {
+            let lowest = best.as_ref().map_or(f64::INFINITY, Anew::criterion);
+            if anew.criterion() < lowest.min(here + may_lack(glued, anew.slack_glue())) {
                 best = Some(anew);
             }
         }
-        let (here, glued) = (selection.best().criterion(model), slack_glue(model, selection.best()));
-        // Springs in the place of glue that is slack, which is none, need only explain as much.
-        let lacks = |best: &Anew<'_>| if best.slack_glue() < glued { alike(0.0) } else { -BETTER };
-        match best.filter(|best| best.criterion() < here + lacks(best)) {
+        match best {
             Some(best) => {
                 let mut other = best.into_model();
                 let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
@@ -321,27 +321,42 @@ impl Run<'_> {
     }
 }
 
-/// Share of what is beyond noise that a reading must explain for restraint to be looked for anew; one with as many effects as may act, or
-/// that no other can help to enough, must explain what a verdict asks for.
+/// Share of what is beyond noise, in the means or in pokes unseen, that a reading must explain for restraint to be looked for anew; one with as
+/// many effects as may act, or that no other can help to enough, must explain what a verdict asks for.
 const WORTH_IT: f64 = 0.3;
 
-/// What a reading leaves beyond noise in pokes that its fit has not seen; NaN where that is not known.
-fn unseen(Explained { model, fitted }: Explained<'_>) -> f64 {
+/// What a reading leaves beyond noise in pokes that its fit has not seen, in standard deviations of a sum of squares of noise; NaN where that is
+/// not known.
+fn unseen_sd(Explained { model, fitted }: Explained<'_>) -> f64 {
     let squares = fitted.held_out(model).map_or(f64::NAN, |pokes| pokes.iter().sum());
-    squares - fitted.values() as f64
+    let values = fitted.values() as f64;
+    (squares - values) / (2.0 * values).sqrt()
 }
 
-/// Whether restraint is worth looking for under a reading that explains such a share of the means that are beyond noise, or takes so much of
-/// what pokes that a fit has not seen leave there. Of two effects one may leave what stands out most in the means, and explain most all the same.
-fn worth_a_look(of_means: f64, [before, after]: [f64; 2], asked: f64) -> bool {
-    of_means >= asked || (before > 0.0 && before - after >= asked * before)
+/// Whether a reading takes so large a share of what pokes that a fit has not seen leave, where that is plain. Of two effects one may leave what
+/// stands out most in the means, and explain most all the same.
+fn explains_unseen([before, after]: [f64; 2], asked: f64) -> bool {
+    before > PLAIN_UNSEEN_SD && before - after >= asked * before
 }
+
+/// Plain is more than this, in standard deviations, as errors of neighbouring rows are alike.
+const PLAIN_UNSEEN_SD: f64 = 10.0;
 
 /// What explains less no finer elements bring close.
 const WORTH_RESOLVING: f64 = 0.5;
 
-/// By so much a restraint found anew must explain more to be taken.
+/// By so much a restraint found anew must explain more to be taken, while as much glue is slack in it.
 const BETTER: f64 = 10.0;
+
+/// By how much less a restraint found anew may explain than the one that there is, by how many glued spots are slack in them; none: nothing is
+/// slack. Glue is never slack: springs in its place are taken for the same if they are not told apart, and glue in theirs only if it is.
+fn may_lack(here: Option<usize>, anew: Option<usize>) -> f64 {
+    match here.zip(anew).map_or(Ordering::Equal, |(here, anew)| anew.cmp(&here)) {
+        Ordering::Less => alike(0.0),
+        Ordering::Equal => -BETTER,
+        Ordering::Greater => -alike(0.0),
+    }
+}
 
 /// A reading with a ball of another modulus, refitted with elements that resolve it: what they add to the change is taken
 /// up where the refit ends, a few times over; it ends where a step gains less than `at_rest`. Other readings stay as they are.
@@ -476,11 +491,21 @@ fn candidates(model: &Model<'_>, selection: &Selection, judged: &Judged) -> Vec<
 mod tests {
     use super::*;
 
-    /// Either share is enough; where nothing is beyond noise, or it is not known what is, there is none.
+    /// Where little is beyond noise, or it is not known what is, no share of it says anything.
     #[test]
-    fn one_share_is_enough_to_look_for_restraint() {
-        assert!(worth_a_look(0.3, [f64::NAN; 2], 0.3) && worth_a_look(0.2, [100.0, 69.0], 0.3));
-        assert!(!worth_a_look(0.2, [100.0, 71.0], 0.3) && !worth_a_look(0.2, [100.0, f64::NAN], 0.3));
-        assert!(!worth_a_look(0.2, [-100.0, -500.0], 0.3) && !worth_a_look(0.2, [-500.0, -10.0], 0.3));
+    fn a_share_of_what_is_plain_counts() {
+        assert!(explains_unseen([100.0, 69.0], 0.3) && !explains_unseen([100.0, 71.0], 0.3));
+        assert!(!explains_unseen([9.0, 0.0], 0.3) && !explains_unseen([-500.0, -1000.0], 0.3));
+        assert!(!explains_unseen([100.0, f64::NAN], 0.3) && !explains_unseen([f64::NAN, 1.0], 0.3));
+    }
+
+    /// What is taken at one look is not taken back at the next, and where nothing is slack only what explains more is taken.
+    #[test]
+    fn springs_take_the_place_of_slack_glue() {
+        assert!(may_lack(Some(1), Some(0)) > 0.0);
+        assert!(may_lack(Some(0), Some(1)) <= -may_lack(Some(1), Some(0)));
+        for (here, anew) in [(Some(1), Some(1)), (Some(1), None), (None, Some(0)), (None, None)] {
+            assert_eq!(may_lack(here, anew), -BETTER, "{here:?} {anew:?}");
+        }
     }
 }

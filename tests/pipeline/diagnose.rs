@@ -1,5 +1,5 @@
 //! The virtual bench with an effect switched on, recorded, and diagnosed: the effect is named, with its parameters; and
-//! nothing is named where nothing acts. One recording of a third-party finite-element code besides, as for `practice`.
+//! nothing is named where nothing acts. Two recordings of a third-party finite-element code besides, as for `practice`.
 
 use phantom_rig::dataset::read_bundle;
 use phantom_rig::diagnose::{Diagnosis, Physics, Reading, Settings, diagnose};
@@ -319,8 +319,8 @@ fn third_party(name: &str) -> Option<Recording> {
     Some(read_bundle(&bundle).expect("a sound recording").0)
 }
 
-/// Two bands of 62.15 N/m that pull after 0.8 mm only, on 10.1 kPa. The default fit takes one of them for glue, and where the slack is known of a
-/// slack spot of glue would explain as much.
+/// Two bands of 62.15 N/m that pull after 0.8 mm only, on 10.1 kPa. The default fit takes one of them for glue, and once the slack is known
+/// of, a slack spot of glue explains as much as a band.
 #[test]
 fn slack_bands_are_found_in_a_third_party_recording() {
     let Some(recording) = third_party("practice-05") else { return };
