@@ -11,10 +11,12 @@ use super::physics::Physics;
 use super::refit::{Effort, Fitted, IN_FULL, descend};
 use super::select::{Selection, Tried, reduced};
 use super::track::Track;
+use super::verdict::alike;
 use crate::geometry::Vec3;
 use crate::inverse::{Evidence, Found, Group, InverseError, Restraint, Settled};
 use crate::observation::Recording;
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use std::collections::HashMap;
 
 /// So many readings are looked at with a restraint of their own, if they explain this share of what the best one does.
@@ -37,6 +39,23 @@ pub(super) fn worth_it(model: &Model<'_>, selection: &Selection) -> Vec<Tried> {
     }
     worth
 }
+
+/// What a reading leaves beyond noise in pokes that its fit has not seen, in standard deviations of a sum of squares of noise; NaN where that is
+/// not known.
+pub(super) fn unseen_sd(model: &Model<'_>, fitted: &Fitted) -> f64 {
+    let squares = fitted.held_out(model).map_or(f64::NAN, |pokes| pokes.iter().sum());
+    let values = fitted.values() as f64;
+    (squares - values) / (2.0 * values).sqrt()
+}
+
+/// Whether a reading takes so large a share of what pokes that a fit has not seen leave, where that is plain. Of two effects one may leave what
+/// stands out most in the means, and explain most all the same.
+pub(super) fn explains_unseen([before, after]: [f64; 2], asked: f64) -> bool {
+    before > PLAIN_UNSEEN_SD && before - after >= asked * before
+}
+
+/// Plain is more than this, in standard deviations, as errors of neighbouring rows are alike.
+const PLAIN_UNSEEN_SD: f64 = 10.0;
 
 /// What the recording says without what each of these readings adds to the baseline; none of one that has no answer.
 pub(super) fn evidence(model: &Model<'_>, readings: &[Tried]) -> Result<Vec<Option<Evidence>>, InverseError> {
@@ -118,9 +137,10 @@ impl<'a> Anew<'a> {
         self.model
     }
 
-    /// As [`slack_glue`].
-    pub(super) fn slack_glue(&self) -> Option<usize> {
-        slack_glue(&self.model, &self.fitted)
+    /// Whether it explains so much more than a reading with the restraint that there is, or has springs for glue that is slack there.
+    pub(super) fn takes_the_place_of(&self, model: &Model<'_>, here: &Fitted) -> bool {
+        let lacks = may_lack(slack_glue(model, here), slack_glue(&self.model, &self.fitted));
+        self.criterion() < here.criterion(model) + lacks
     }
 
     /// By which it is compared with other readings.
@@ -131,10 +151,23 @@ impl<'a> Anew<'a> {
 
 /// Number of glued spots of a reading in which restraint is slack; none where it is not. They may stand for bands: what holds firmly once it is
 /// taut looks like glue while it is not known to be slack.
-pub(super) fn slack_glue(model: &Model<'_>, reading: &Fitted) -> Option<usize> {
+fn slack_glue(model: &Model<'_>, reading: &Fitted) -> Option<usize> {
     let slack = reading.acting.knobs.iter().any(|knob| knob.physics() == Physics::SlackBand);
     let patches = model.settled.at.state.patches.iter().enumerate();
     slack.then(|| patches.filter(|(p, patch)| patch.glued && !reading.acting.without.contains(p)).count())
+}
+
+/// By so much a restraint found anew must explain more to be taken, while as much glue is slack in it.
+const BETTER: f64 = 10.0;
+
+/// By how much less a restraint found anew may explain than the one that there is, by how many glued spots are slack in them; none: nothing is
+/// slack. Glue is never slack: springs in its place are taken for the same if they are not told apart, and glue in theirs only if it is.
+fn may_lack(here: Option<usize>, anew: Option<usize>) -> f64 {
+    match here.zip(anew).map_or(Ordering::Equal, |(here, anew)| anew.cmp(&here)) {
+        Ordering::Less => alike(0.0),
+        Ordering::Equal => -BETTER,
+        Ordering::Greater => -alike(0.0),
+    }
 }
 
 /// A refit that is to be compared ends where a step gains less than this.
@@ -179,4 +212,27 @@ fn without(model: &Model<'_>, reading: &Fitted) -> Option<Recording> {
 fn felt(model: &Model<'_>, track: &Track, marched: &Marched<'_>, row: usize) -> Vec3 {
     let felt = model.felt_at(track, marched, row);
     Vec3::from(felt.map(|(of_tip, besides)| of_tip.re + besides.re))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where little is beyond noise, or it is not known what is, no share of it says anything.
+    #[test]
+    fn a_share_of_what_is_plain_counts() {
+        assert!(explains_unseen([100.0, 69.0], 0.3) && !explains_unseen([100.0, 71.0], 0.3));
+        assert!(!explains_unseen([9.0, 0.0], 0.3) && !explains_unseen([-500.0, -1000.0], 0.3));
+        assert!(!explains_unseen([100.0, f64::NAN], 0.3) && !explains_unseen([f64::NAN, 1.0], 0.3));
+    }
+
+    /// What is taken at one look is not taken back at the next, and where nothing is slack only what explains more is taken.
+    #[test]
+    fn springs_take_the_place_of_slack_glue() {
+        assert!(may_lack(Some(1), Some(0)) > 0.0);
+        assert!(may_lack(Some(0), Some(1)) <= -may_lack(Some(1), Some(0)));
+        for (here, anew) in [(Some(1), Some(1)), (Some(1), None), (None, Some(0)), (None, None)] {
+            assert_eq!(may_lack(here, anew), -BETTER, "{here:?} {anew:?}");
+        }
+    }
 }

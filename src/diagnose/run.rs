@@ -8,7 +8,7 @@
 //! 3. Is there a mismatch at all, where, and does what was chosen leave only noise?
 //! 4. How surely ([`verdict`](super::verdict)).
 
-use super::anew::{Anew, evidence, restraint, slack_glue, worth_it};
+use super::anew::{Anew, evidence, explains_unseen, restraint, unseen_sd, worth_it};
 use super::beyond::Beyond;
 use super::bulk::Lab;
 use super::curves::curves;
@@ -27,11 +27,10 @@ use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
 use super::rivals::others;
 use super::select::{Ended, MOST, Selection, Tried, finished, select};
 use super::undecided::undecided;
-use super::verdict::{EXPLAINS, Judged, alike, ball_centre, judge};
+use super::verdict::{EXPLAINS, Judged, ball_centre, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
 use nalgebra::{DMatrix, DVector};
-use std::cmp::Ordering;
 
 /// Diagnoses `recording`.
 ///
@@ -143,10 +142,10 @@ impl Run<'_> {
         let done = look + 1 == LOOKS.len() || acting == effects || (quiet && selection.chosen.is_none());
         let ends = match readings.first().filter(|_| !done) {
             Some(best) => {
-                let here = Explained { model, fitted: &best.fitted };
-                let there = plain.unwrap_or(Explained { model, fitted: &selection.base });
+                let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
+                let unseen = [unseen_sd(plain.model, plain.fitted), unseen_sd(model, &best.fitted)];
                 let of_means = before.explained(&Beyond::noise(&left(model, &best.fitted)?));
-                of_means < asked && !explains_unseen([there, here].map(unseen_sd), asked)
+                of_means < asked && !explains_unseen(unseen, asked)
             }
             None => true,
         };
@@ -159,13 +158,12 @@ impl Run<'_> {
         let evidence = evidence(model, &readings)?;
         let restraint = restraint(model, &readings, &evidence)?;
         let held: Vec<_> = restraint.iter().map(|anew| Some(settled.with(anew.as_ref()?))).collect();
-        let (here, glued) = (selection.best().criterion(model), slack_glue(model, selection.best()));
         let mut best: Option<Anew<'_>> = None;
         for (tried, held) in readings.iter().zip(&held) {
             let Some(held) = held else { continue };
             let Some(anew) = Anew::new(model, &tried.fitted, held)? else { continue };
             let lowest = best.as_ref().map_or(f64::INFINITY, Anew::criterion);
-            if anew.criterion() < lowest.min(here + may_lack(glued, anew.slack_glue())) {
+            if anew.takes_the_place_of(model, selection.best()) && anew.criterion() < lowest {
                 best = Some(anew);
             }
         }
@@ -325,38 +323,8 @@ impl Run<'_> {
 /// many effects as may act, or that no other can help to enough, must explain what a verdict asks for.
 const WORTH_IT: f64 = 0.3;
 
-/// What a reading leaves beyond noise in pokes that its fit has not seen, in standard deviations of a sum of squares of noise; NaN where that is
-/// not known.
-fn unseen_sd(Explained { model, fitted }: Explained<'_>) -> f64 {
-    let squares = fitted.held_out(model).map_or(f64::NAN, |pokes| pokes.iter().sum());
-    let values = fitted.values() as f64;
-    (squares - values) / (2.0 * values).sqrt()
-}
-
-/// Whether a reading takes so large a share of what pokes that a fit has not seen leave, where that is plain. Of two effects one may leave what
-/// stands out most in the means, and explain most all the same.
-fn explains_unseen([before, after]: [f64; 2], asked: f64) -> bool {
-    before > PLAIN_UNSEEN_SD && before - after >= asked * before
-}
-
-/// Plain is more than this, in standard deviations, as errors of neighbouring rows are alike.
-const PLAIN_UNSEEN_SD: f64 = 10.0;
-
 /// What explains less no finer elements bring close.
 const WORTH_RESOLVING: f64 = 0.5;
-
-/// By so much a restraint found anew must explain more to be taken, while as much glue is slack in it.
-const BETTER: f64 = 10.0;
-
-/// By how much less a restraint found anew may explain than the one that there is, by how many glued spots are slack in them; none: nothing is
-/// slack. Glue is never slack: springs in its place are taken for the same if they are not told apart, and glue in theirs only if it is.
-fn may_lack(here: Option<usize>, anew: Option<usize>) -> f64 {
-    match here.zip(anew).map_or(Ordering::Equal, |(here, anew)| anew.cmp(&here)) {
-        Ordering::Less => alike(0.0),
-        Ordering::Equal => -BETTER,
-        Ordering::Greater => -alike(0.0),
-    }
-}
 
 /// A reading with a ball of another modulus, refitted with elements that resolve it: what they add to the change is taken
 /// up where the refit ends, a few times over; it ends where a step gains less than `at_rest`. Other readings stay as they are.
@@ -485,27 +453,4 @@ fn candidates(model: &Model<'_>, selection: &Selection, judged: &Judged) -> Vec<
         }
     }
     refitted
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Where little is beyond noise, or it is not known what is, no share of it says anything.
-    #[test]
-    fn a_share_of_what_is_plain_counts() {
-        assert!(explains_unseen([100.0, 69.0], 0.3) && !explains_unseen([100.0, 71.0], 0.3));
-        assert!(!explains_unseen([9.0, 0.0], 0.3) && !explains_unseen([-500.0, -1000.0], 0.3));
-        assert!(!explains_unseen([100.0, f64::NAN], 0.3) && !explains_unseen([f64::NAN, 1.0], 0.3));
-    }
-
-    /// What is taken at one look is not taken back at the next, and where nothing is slack only what explains more is taken.
-    #[test]
-    fn springs_take_the_place_of_slack_glue() {
-        assert!(may_lack(Some(1), Some(0)) > 0.0);
-        assert!(may_lack(Some(0), Some(1)) <= -may_lack(Some(1), Some(0)));
-        for (here, anew) in [(Some(1), Some(1)), (Some(1), None), (None, Some(0)), (None, None)] {
-            assert_eq!(may_lack(here, anew), -BETTER, "{here:?} {anew:?}");
-        }
-    }
 }
