@@ -14,6 +14,7 @@ use crate::fem::{
 };
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use std::sync::{Arc, PoisonError};
 
 /// Everything seen under everything loaded, less the baseline, with derivatives by each knob.
 struct Difference {
@@ -25,6 +26,15 @@ struct Difference {
 /// gives taken off again.
 const RIGID_M: f64 = 1e-9;
 
+/// What knobs of the whole body do alone.
+pub(super) struct OfWhole {
+    knobs: Vec<(BulkKnob, f64)>,
+    difference: Difference,
+}
+
+/// So many of them are kept.
+const KEPT: usize = 8;
+
 /// Which points of which cell belong to the ball.
 type Cells = Vec<(u32, Vec<BallPoint>)>;
 
@@ -35,41 +45,26 @@ impl Lab<'_> {
     /// [`DiagnoseError::KnobMissing`], [`DiagnoseError::KnobOutOfRange`], [`DiagnoseError::GlueGone`]; what the elements
     /// refuse.
     pub fn changed(&self, knobs: &[(BulkKnob, f64)]) -> Result<BodyChange, DiagnoseError> {
-        self.with(knobs, true)
-    }
-
-    /// As [`Lab::changed`] without derivatives, for about half the time.
-    ///
-    /// # Errors
-    /// As [`Lab::changed`].
-    pub fn changed_only(&self, knobs: &[(BulkKnob, f64)]) -> Result<BodyChange, DiagnoseError> {
-        self.with(knobs, false)
-    }
-
-    fn with(&self, knobs: &[(BulkKnob, f64)], slopes: bool) -> Result<BodyChange, DiagnoseError> {
-        let mut difference = self.difference(knobs, slopes)?;
+        let mut difference = self.difference(knobs)?;
         // What the elements miss under the loads themselves, of what changes the whole body.
         let whole: Vec<(usize, (BulkKnob, f64))> =
             knobs.iter().copied().enumerate().filter(|(_, (knob, _))| knob.of_the_whole()).collect();
         if !whole.is_empty() {
             let all_whole = knobs.iter().all(|(knob, _)| knob.of_the_whole() || *knob == BulkKnob::Finer);
-            let alone;
-            let of_whole = if all_whole {
-                &difference
+            let alone = if all_whole {
+                None
             } else {
                 let knobs: Vec<(BulkKnob, f64)> = whole.iter().map(|(_, knob)| *knob).collect();
-                alone = self.difference(&knobs, slopes)?;
-                &alone
+                Some(self.of_whole(&knobs)?)
             };
+            let of_whole = alone.as_deref().map_or(&difference, |alone| &alone.difference);
             let value = self.own.missed(&of_whole.value);
-            let mut more = Vec::new();
-            for (i, (index, _)) in whole.iter().enumerate() {
-                if let Some(slope) = of_whole.by.get(if all_whole { *index } else { i }) {
-                    more.push((*index, self.own.missed(slope)));
-                }
-            }
+            let slope = |(i, (index, _)): (usize, &(usize, _))| {
+                self.own.missed(&of_whole.by[if all_whole { *index } else { i }])
+            };
+            let by: Vec<DMatrix<f64>> = whole.iter().enumerate().map(slope).collect();
             difference.value += value;
-            more.into_iter().for_each(|(index, more)| difference.by[index] += more);
+            whole.iter().zip(by).for_each(|((index, _), by)| difference.by[*index] += by);
         }
         let mut change = BodyChange::of(&difference.value, &difference.by, self.sites);
         if let Some(index) = knobs.iter().position(|(knob, _)| *knob == BulkKnob::Finer)
@@ -80,12 +75,26 @@ impl Lab<'_> {
         Ok(change)
     }
 
-    fn difference(&self, knobs: &[(BulkKnob, f64)], slopes: bool) -> Result<Difference, DiagnoseError> {
+    /// What `knobs` of the whole body do alone. While another change is looked for beside them they often stay where they are.
+    fn of_whole(&self, knobs: &[(BulkKnob, f64)]) -> Result<Arc<OfWhole>, DiagnoseError> {
+        let kept = || self.whole.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = kept().iter().find(|known| known.knobs == knobs) {
+            return Ok(Arc::clone(known));
+        }
+        let made = Arc::new(OfWhole { knobs: knobs.to_vec(), difference: self.difference(knobs)? });
+        let mut kept = kept();
+        if kept.len() == KEPT {
+            kept.remove(0);
+        }
+        kept.push(Arc::clone(&made));
+        Ok(made)
+    }
+
+    fn difference(&self, knobs: &[(BulkKnob, f64)]) -> Result<Difference, DiagnoseError> {
         let mut changed = Changed::of(knobs, self.model.poisson_ratio())?;
         if knobs.iter().all(|(knob, _)| *knob == BulkKnob::Finer) {
             let none = DMatrix::zeros(self.seen.len(), self.loads);
-            let by = vec![none.clone(); if slopes { knobs.len() } else { 0 }];
-            return Ok(Difference { value: none, by });
+            return Ok(Difference { by: vec![none.clone(); knobs.len()], value: none });
         }
         let gives = knobs.iter().position(|(knob, _)| *knob == BulkKnob::BaseGive);
         let asked_m = changed.give_m;
@@ -122,15 +131,10 @@ impl Lab<'_> {
         };
         let fields = varied.displace(&self.forces)?;
         let mut value = readings(&self.seen, &fields) - &self.before;
-        let rigid = gives.filter(|_| changed.give_m > asked_m);
-        if !slopes && rigid.is_none() {
-            return Ok(Difference { value, by: Vec::new() });
-        }
-        let mut by = self.derivatives(knobs, &changed, &cells, &varied, &fields)?;
-        if let Some(index) = rigid {
+        let by = self.derivatives(knobs, &changed, &cells, &varied, &fields)?;
+        if let Some(index) = gives.filter(|_| changed.give_m > asked_m) {
             value -= &by[index] * (changed.give_m - asked_m);
         }
-        by.truncate(if slopes { knobs.len() } else { 0 });
         Ok(Difference { value, by })
     }
 

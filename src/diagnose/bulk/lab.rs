@@ -1,6 +1,7 @@
 //! The unchanged body with everything that loads or sees it, ready to be changed.
 
 use super::changes::BodyChange;
+use super::exact::OfWhole;
 use super::finer;
 use super::first::Look;
 use super::glue::Glue;
@@ -12,7 +13,7 @@ use crate::fem::{
 };
 use crate::inverse::{Bench, Mounted, Settled};
 use nalgebra::DMatrix;
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, OnceLock};
 
 /// Name of the surface that the known glue holds.
 const FIXED: &str = "fixed";
@@ -48,6 +49,8 @@ pub struct Lab<'a> {
     pub(super) settled: Option<&'a Settled<'a>>,
     pub(super) finer: OnceLock<BodyChange>,
     pub(super) looks: OnceLock<Vec<(Physics, Vec<Look>)>>,
+    /// The last changes of the whole body that were worked out.
+    pub(super) whole: Mutex<Vec<Arc<OfWhole>>>,
     /// Twice the body's volume over its surface (m).
     pub(super) thickness_m: f64,
     /// Smallest and largest coordinate of the body along each axis (m).
@@ -140,6 +143,7 @@ impl<'a> Lab<'a> {
             settled,
             finer: OnceLock::new(),
             looks: OnceLock::new(),
+            whole: Mutex::default(),
             thickness_m: thickness_m(space),
             extent_m: [0, 1, 2].map(extent),
             seen,
