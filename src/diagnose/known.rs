@@ -1,7 +1,9 @@
 //! Which changes of the body are known: each is worked out once, kept, and led on by its derivatives to what lies close.
 
 use super::bulk::{BodyChange, BulkKnob, Lab};
-use std::sync::{Arc, Mutex, PoisonError};
+use super::error::DiagnoseError;
+use super::kept::Kept;
+use std::sync::Arc;
 
 /// So many changes are kept.
 const KEPT: usize = 64;
@@ -36,7 +38,7 @@ impl Changed {
 
 /// The last changes that were worked out.
 #[derive(Default)]
-pub(super) struct Known(Mutex<Vec<Arc<Changed>>>);
+pub(super) struct Known(Kept<Changed, KEPT>);
 
 impl Known {
     /// A change so close to this one that its derivatives lead here, worked out where it is not known; `None` beyond the knobs' ranges, and
@@ -50,16 +52,7 @@ impl Known {
             within.then(|| (knob, ((value / apart).round() * apart).clamp(low, high)))
         };
         let knobs: Vec<(BulkKnob, f64)> = knobs.iter().map(knot).collect::<Option<_>>()?;
-        let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = kept().iter().find(|known| known.knobs == knobs) {
-            return Some(Arc::clone(known));
-        }
-        let made = Arc::new(Changed::new(&knobs, lab.changed(&knobs).ok()?));
-        let mut kept = kept();
-        if kept.len() == KEPT {
-            kept.remove(0);
-        }
-        kept.push(Arc::clone(&made));
-        Some(made)
+        let made = || Ok::<_, DiagnoseError>(Changed::new(&knobs, lab.changed(&knobs)?));
+        self.0.get(|known| known.knobs == knobs, made).ok()
     }
 }

@@ -38,6 +38,7 @@ mod extra;
 mod gains;
 mod hum;
 mod in_step;
+mod kept;
 mod knob;
 mod known;
 pub mod large;

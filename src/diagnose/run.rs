@@ -31,6 +31,7 @@ use super::verdict::{EXPLAINS, Judged, ball_centre, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeSet;
 
 /// Diagnoses `recording`.
 ///
@@ -440,6 +441,13 @@ fn candidates(model: &Model<'_>, selection: &Selection, judged: &Judged) -> Vec<
         });
     }
     refitted.sort_by(|a, b| b.selected.cmp(&a.selected).then(b.score.total_cmp(&a.score)));
+    // The best of those with the same effects.
+    let mut known = BTreeSet::new();
+    refitted.retain(|c| {
+        let mut physics = c.physics.clone();
+        physics.sort_unstable();
+        known.insert(physics)
+    });
     for screened in &selection.screened {
         let physics = vec![screened.start.physics];
         if refitted.iter().all(|c| c.physics != physics) {

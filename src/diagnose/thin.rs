@@ -13,21 +13,19 @@ use rayon::prelude::*;
 const PATCH: f64 = 30.0;
 const PLAINLY: f64 = 4.0;
 
-/// Takes effects away that the others make superfluous. A camera's scale that stood in for what was found after it must go on earning all that is
-/// asked of it.
+/// Takes effects away that the others make superfluous, and puts plainer ones in the place of those that need not be more. A camera's
+/// scale that stood in for what was found after it must go on earning all that is asked of it.
 pub(super) fn thin(model: &Model<'_>, selection: &mut Selection) {
     loop {
         let Some(chosen) = selection.chosen.map(|i| selection.tried[i].clone()) else { return };
-        if chosen.physics.len() < 2 {
-            return;
-        }
         let share = LEAST_SHARE * (selection.base.cost - chosen.fitted.cost);
         let needed = |gone: Physics| {
             let stands_in = matches!(gone, Physics::CameraScale | Physics::UnevenScale);
             if stands_in { least(model, &selection.base, gone).max(share) } else { LEAST_GAIN.max(share) }
         };
-        let fewer: Vec<(Tried, f64)> = chosen
-            .physics
+        // Whether one alone acts at all was asked when it was added.
+        let superfluous = if chosen.physics.len() > 1 { &chosen.physics[..] } else { &[] };
+        let fewer: Vec<(Tried, f64)> = superfluous
             .par_iter()
             .filter_map(|&gone| {
                 let (acting, at) = reduced(model, &chosen.fitted, |knob| knob.physics() != gone);

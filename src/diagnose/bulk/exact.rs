@@ -14,7 +14,7 @@ use crate::fem::{
 };
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 /// Everything seen under everything loaded, less the baseline, with derivatives by each knob.
 struct Difference {
@@ -31,9 +31,6 @@ pub(super) struct OfWhole {
     knobs: Vec<(BulkKnob, f64)>,
     difference: Difference,
 }
-
-/// So many of them are kept.
-const KEPT: usize = 8;
 
 /// Which points of which cell belong to the ball.
 type Cells = Vec<(u32, Vec<BallPoint>)>;
@@ -77,17 +74,8 @@ impl Lab<'_> {
 
     /// What `knobs` of the whole body do alone. While another change is looked for beside them they often stay where they are.
     fn of_whole(&self, knobs: &[(BulkKnob, f64)]) -> Result<Arc<OfWhole>, DiagnoseError> {
-        let kept = || self.whole.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = kept().iter().find(|known| known.knobs == knobs) {
-            return Ok(Arc::clone(known));
-        }
-        let made = Arc::new(OfWhole { knobs: knobs.to_vec(), difference: self.difference(knobs)? });
-        let mut kept = kept();
-        if kept.len() == KEPT {
-            kept.remove(0);
-        }
-        kept.push(Arc::clone(&made));
-        Ok(made)
+        let made = || Ok(OfWhole { knobs: knobs.to_vec(), difference: self.difference(knobs)? });
+        self.whole.get(|known| known.knobs == knobs, made)
     }
 
     fn difference(&self, knobs: &[(BulkKnob, f64)]) -> Result<Difference, DiagnoseError> {

@@ -7,13 +7,14 @@ use super::first::Look;
 use super::glue::Glue;
 use super::own::Own;
 use crate::diagnose::body::Shape;
+use crate::diagnose::kept::Kept;
 use crate::diagnose::{DiagnoseError, Physics};
 use crate::fem::{
     Functional, Loose, Model, Space, Stiffness, barycentric_gradients, cell_stiffness, nodal_loads, readings,
 };
 use crate::inverse::{Bench, Mounted, Settled};
 use nalgebra::DMatrix;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::OnceLock;
 
 /// Name of the surface that the known glue holds.
 const FIXED: &str = "fixed";
@@ -49,8 +50,8 @@ pub struct Lab<'a> {
     pub(super) settled: Option<&'a Settled<'a>>,
     pub(super) finer: OnceLock<BodyChange>,
     pub(super) looks: OnceLock<Vec<(Physics, Vec<Look>)>>,
-    /// The last changes of the whole body that were worked out.
-    pub(super) whole: Mutex<Vec<Arc<OfWhole>>>,
+    /// Changes of the whole body alone.
+    pub(super) whole: Kept<OfWhole, 8>,
     /// Twice the body's volume over its surface (m).
     pub(super) thickness_m: f64,
     /// Smallest and largest coordinate of the body along each axis (m).
@@ -143,7 +144,7 @@ impl<'a> Lab<'a> {
             settled,
             finer: OnceLock::new(),
             looks: OnceLock::new(),
-            whole: Mutex::default(),
+            whole: Kept::default(),
             thickness_m: thickness_m(space),
             extent_m: [0, 1, 2].map(extent),
             seen,

@@ -41,13 +41,18 @@ fn spots(model: &Model) -> (Vec<Spot>, Vec<Spot>) {
 
 /// In a laboratory whose baseline has what the elements say; without markers' fields at hand.
 fn lab(model: &Model) -> Lab<'_> {
+    lab_with(model, 1.0)
+}
+
+/// As [`lab`], the baseline so much softer under its loads than the elements say.
+fn lab_with(model: &Model, softer: f64) -> Lab<'_> {
     let (loads, seen) = spots(model);
     let all = |spots: &[Spot]| spots.iter().flat_map(|s| s.weights.iter().cloned()).collect::<Vec<_>>();
     let (functionals, markers) = (all(&loads), all(&seen));
     let fields = nodal_fields(model, &functionals);
     let before = readings(&functionals, &fields);
     let own: Vec<DMatrix<f64>> =
-        (0..loads.len()).map(|i| before.view((3 * i, 3 * i), (3, 3)).into_owned()).collect();
+        (0..loads.len()).map(|i| before.view((3 * i, 3 * i), (3, 3)) * softer).collect();
     Lab::of(model, 2, functionals, markers, Vec::new(), &own, None).expect("a laboratory")
 }
 
@@ -166,6 +171,41 @@ fn derivatives_are_those_of_differences() {
             let own = all(&exact, Some(index));
             let off = apart(&own, &slope) / size(&slope);
             assert!(off < 2e-4, "{knob:?} among {knobs:?}: off by {off:e}");
+        }
+    }
+}
+
+/// What elements miss under a load, here a quarter of what they see, they miss of a change of the whole body too, whatever else changes; of
+/// nothing else.
+#[test]
+fn what_elements_miss_of_the_whole_is_added_beside_anything() {
+    let model = model(&slab(), 0.45);
+    let labs = [lab(&model), lab_with(&model, 1.25)];
+    let changed = |knobs: &[(BulkKnob, f64)]| labs.each_ref().map(|lab| lab.changed(knobs).expect("sound"));
+    let missed = |[seen, whole]: &[BodyChange; 2], by: Option<usize>| -> Vec<f64> {
+        all(whole, by).iter().zip(all(seen, by)).map(|(whole, seen)| whole - seen).collect()
+    };
+    // Beside each a ball, and one that has grown.
+    for (along, radii) in [(0.4, &[0.006, 0.007][..]), (0.1, &[0.007])] {
+        let alone = [(Finer, 0.0), (Along([0.3, 1.0, 0.2]), along), (Poisson, -0.03)];
+        let of_whole = changed(&alone);
+        for of in [None, Some(1), Some(2)] {
+            // A tip's own three components are the first of six.
+            let (missed, seen) = (missed(&of_whole, of), all(&of_whole[0], of));
+            let share: Vec<f64> = seen[..3].iter().map(|x| 0.25 * x).collect();
+            assert!(apart(&missed[..3], &share) < 1e-9 * size(&share), "{of:?} at {along}");
+        }
+        for radius in radii {
+            let of_ball = ball(0.028, 0.022, 0.011, *radius, 0.9);
+            let first = of_ball.len();
+            let together = changed(&[&of_ball[..], &alone].concat());
+            for of in [None, Some(1), Some(2)] {
+                let expected = missed(&of_whole, of);
+                let found = missed(&together, of.map(|of| first + of));
+                let off = apart(&found, &expected) / size(&expected);
+                assert!(off < 1e-9, "{of:?} at {along} beside {radius}: off by {off:e}");
+            }
+            assert!((0..first).all(|of| size(&missed(&together, Some(of))) == 0.0));
         }
     }
 }
