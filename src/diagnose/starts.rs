@@ -11,7 +11,9 @@ use super::physics::Physics;
 use super::refit::Fitted;
 use super::scan::Scan;
 use super::sticky::SMALLEST_SLIP_M;
+use super::track::Track;
 use super::uneven;
+use crate::geometry::Vec3;
 use rayon::prelude::*;
 
 /// Where a fit begins.
@@ -225,21 +227,57 @@ fn pulled(model: &Model<'_>, current: &Fitted) -> Vec<[f64; 3]> {
 const GOOD_PART: f64 = 0.3;
 
 /// Coefficients of friction by which the tip would slide during a good part, or a small one, of the rows with the largest
-/// ratio of tangential to normal force. None where the force is along the poke throughout.
+/// ratio of tangential to normal force; and the largest ratio that was measured, at which a tip that slides stays. None where the force is along
+/// the poke throughout.
 fn frictions(model: &Model<'_>, current: &Fitted) -> Vec<f64> {
     let Some(marched) = model.march(&current.acting, &current.at) else { return Vec::new() };
-    let mut ratios: Vec<f64> = Vec::new();
-    for track in &model.tracks {
-        let rows = marched.rows.force[track.first_row..].iter().take(track.time_s.len());
-        for (force, _) in rows.zip(&track.counts).filter(|(_, counts)| **counts) {
-            let force = crate::geometry::Vec3::from_fn(|i, _| force[i].re);
-            let normal = force.dot(&track.inward);
-            if normal > 0.0 {
-                ratios.push((force - track.inward * normal).norm() / normal);
-            }
-        }
-    }
+    let rows = |track: &Track| (0..track.time_s.len()).filter(|&row| track.counts[row]).collect::<Vec<_>>();
+    let of_model = model.tracks.iter().flat_map(|track| {
+        let force = |row: usize| marched.rows.force[track.first_row + row].map(|f| f.re).into();
+        rows(track).into_iter().map(move |row| along_normal(force(row), track.inward))
+    });
+    let measured = model
+        .tracks
+        .iter()
+        .flat_map(|track| rows(track).into_iter().map(|row| along_normal(track.force_n[row], track.inward)));
+    let slides = [(of_model.collect::<Vec<_>>(), &[0.9, 0.6][..]), (measured.collect(), &[1.0])];
+    let starts = slides.into_iter().flat_map(|(forces, shares)| {
+        let largest = largest_ratio(&forces).unwrap_or(0.0);
+        shares.iter().map(move |share| share * largest)
+    });
+    starts.filter(|friction| *friction > 0.02).collect()
+}
+
+/// A force normal to a surface, and its size along it.
+fn along_normal(force: Vec3, inward: Vec3) -> [f64; 2] {
+    let normal = force.dot(&inward);
+    [normal, (force - inward * normal).norm()]
+}
+
+/// The largest ratio of tangential to normal force but for a twentieth of the rows, where the latter is a good part of what it is at most:
+/// noise makes ratios of small ones.
+fn largest_ratio(forces: &[[f64; 2]]) -> Option<f64> {
+    let least = GOOD_PART * forces.iter().map(|f| f[0]).fold(0.0, f64::max);
+    let pressed = forces.iter().filter(|f| f[0] > least);
+    let mut ratios: Vec<f64> = pressed.map(|[normal, along]| along / normal).collect();
     ratios.sort_by(f64::total_cmp);
-    let Some(&largest) = ratios.get(ratios.len() * 95 / 100) else { return Vec::new() };
-    [0.9, 0.6].map(|share| share * largest).into_iter().filter(|f| *f > 0.02).collect()
+    ratios.get(ratios.len() * 95 / 100).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tip that slides as soon as it is pressed along more than 0.34 of what it is pressed in; what little there is before says nothing.
+    #[test]
+    fn a_tip_that_slides_shows_its_friction() {
+        let pressed = (1..=40).map(|i| 0.05 * f64::from(i));
+        let rows = pressed.map(|normal| {
+            let along = (0.2 + 0.1 * normal).min(0.34) * normal;
+            let noise = if normal < 0.3 { 0.2 } else { 0.0 };
+            along_normal(Vec3::new(along + noise, 0.0, -normal), -Vec3::z())
+        });
+        assert!((largest_ratio(&rows.collect::<Vec<_>>()).expect("pressed") - 0.34).abs() < 1e-12);
+        assert_eq!(largest_ratio(&[]), None);
+    }
 }
