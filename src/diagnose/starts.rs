@@ -227,8 +227,8 @@ fn pulled(model: &Model<'_>, current: &Fitted) -> Vec<[f64; 3]> {
 const GOOD_PART: f64 = 0.3;
 
 /// Coefficients of friction by which the tip would slide during a good part, or a small one, of the rows with the largest
-/// ratio of tangential to normal force; and the largest ratio that was measured, at which a tip that slides stays. None where the force is along
-/// the poke throughout.
+/// ratio of tangential to normal force; and the largest ratio that was measured, at which a tip that slides stays. None so small that noise might
+/// have made them.
 fn frictions(model: &Model<'_>, current: &Fitted) -> Vec<f64> {
     let Some(marched) = model.march(&current.acting, &current.at) else { return Vec::new() };
     let rows = |track: &Track| (0..track.time_s.len()).filter(|&row| track.counts[row]).collect::<Vec<_>>();
@@ -245,8 +245,11 @@ fn frictions(model: &Model<'_>, current: &Fitted) -> Vec<f64> {
         let largest = largest_ratio(&forces).unwrap_or(0.0);
         shares.iter().map(move |share| share * largest)
     });
-    starts.filter(|friction| *friction > 0.02).collect()
+    starts.filter(|friction| *friction > SMALLEST_FRICTION).collect()
 }
+
+/// A friction hardly larger than what noise makes of a force along the poke.
+const SMALLEST_FRICTION: f64 = 0.02;
 
 /// A force normal to a surface, and its size along it.
 fn along_normal(force: Vec3, inward: Vec3) -> [f64; 2] {
