@@ -146,8 +146,8 @@ fn a_stage_that_is_not_seen_at_rest_is_reset() {
             rig.unheard(|stage| stage.stop().expect("a stop"));
             rig.faults.silence(true);
             let _ = rig.stage.report(HostTime::now() + Duration::from_millis(1500));
-            // What resets it is on its way for as long as a machine that is not held up may take.
-            thread::sleep(2 * LOST);
+            // What resets it is on its way for as long as a machine that is not held up may take, and then has to be read.
+            thread::sleep(3 * LOST);
             let stopped = rig.tip();
             assert!(stopped[0] > -0.04, "it went on to {} m", stopped[0]);
             thread::sleep(LOST);
