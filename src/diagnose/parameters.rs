@@ -55,8 +55,8 @@ fn softened(model: &Model<'_>, fitted: &Fitted) -> f64 {
     position(model, fitted, Knob::Softening).map_or(0.0, |i| fitted.at[i])
 }
 
-/// Standard deviation that elements and simplified laws leave of what changes the body, as seen on recordings of other finite-element codes
-/// with elements of another size: `share` of stress lost by softening, where it softens.
+/// Standard deviation that elements and simplified laws leave of a knob, as seen on recordings of other finite-element codes with elements
+/// of another size: `share` of stress lost by softening, where it softens.
 fn by_model(knob: Knob, value: f64, share: f64) -> f64 {
     match knob {
         Knob::Bulk(BulkKnob::BallCentre(_) | BulkKnob::LooseCentre(_)) => PLACE_M,
@@ -279,12 +279,17 @@ mod tests {
         assert_eq!(memory[1].values, values([1.0, 9.0]));
     }
 
-    /// A softening's scale is known the worse the more is lost; a drift has no model to be wrong.
+    /// A softening's scale is known the worse the more is lost, a gap the wider it is, Poisson's ratio the further from the stated one, a
+    /// friction coefficient by its share; a drift has no model to be wrong.
     #[test]
     fn what_laws_leave_out_widens() {
         assert!((by_model(Knob::SofteningScale, 6.0, 0.1) - 0.16).abs() < 1e-12);
         assert!((by_model(Knob::Softening, 0.1, 0.1) - 2.5e-3).abs() < 1e-12);
         assert!((by_model(Knob::Bulk(BulkKnob::BaseGive), 2e-7, 0.0) - 6e-9).abs() < 1e-20);
+        assert!((by_model(Knob::Gap([0.0, 1.0, 0.0]), 2e-4, 0.0) - 3e-6).abs() < 1e-18);
+        let poisson = |shift: f64| by_model(Knob::Bulk(BulkKnob::Poisson), shift, 0.0);
+        assert!((poisson(0.0) - 2.5e-3).abs() < 1e-12 && (poisson(-0.02) - 6.5e-3).abs() < 1e-12);
+        assert_eq!([0.1_f64, 0.4].map(|friction| by_model(Knob::Friction, friction.ln(), 0.0)), [0.012; 2]);
         assert_eq!(by_model(Knob::Drift(0), 1.0, 0.0), 0.0);
     }
 

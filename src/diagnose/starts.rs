@@ -11,7 +11,6 @@ use super::physics::Physics;
 use super::refit::Fitted;
 use super::scan::Scan;
 use super::sticky::SMALLEST_SLIP_M;
-use super::track::Track;
 use super::uneven;
 use crate::geometry::Vec3;
 use rayon::prelude::*;
@@ -226,26 +225,26 @@ fn pulled(model: &Model<'_>, current: &Fitted) -> Vec<[f64; 3]> {
 /// A good part.
 const GOOD_PART: f64 = 0.3;
 
-/// Coefficients of friction by which the tip would slide during a good part, or a small one, of the rows with the largest
-/// ratio of tangential to normal force; and the largest ratio that was measured, at which a tip that slides stays. None so small that noise might
-/// have made them.
+/// Coefficients of friction to begin with: by which the tip would slide during a good part, or a small one, of the rows with the
+/// largest ratio of tangential to normal force; and the largest ratio that was measured, at which a tip that slides stays. None so
+/// small that noise might have made it.
 fn frictions(model: &Model<'_>, current: &Fitted) -> Vec<f64> {
     let Some(marched) = model.march(&current.acting, &current.at) else { return Vec::new() };
-    let rows = |track: &Track| (0..track.time_s.len()).filter(|&row| track.counts[row]).collect::<Vec<_>>();
-    let of_model = model.tracks.iter().flat_map(|track| {
-        let force = |row: usize| marched.rows.force[track.first_row + row].map(|f| f.re).into();
-        rows(track).into_iter().map(move |row| along_normal(force(row), track.inward))
-    });
-    let measured = model
+    let force = |row: usize| marched.rows.force[row].map(|f| f.re).into();
+    let (of_model, measured): (Vec<_>, Vec<_>) = model
         .tracks
         .iter()
-        .flat_map(|track| rows(track).into_iter().map(|row| along_normal(track.force_n[row], track.inward)));
-    let slides = [(of_model.collect::<Vec<_>>(), &[0.9, 0.6][..]), (measured.collect(), &[1.0])];
-    let starts = slides.into_iter().flat_map(|(forces, shares)| {
-        let largest = largest_ratio(&forces).unwrap_or(0.0);
-        shares.iter().map(move |share| share * largest)
-    });
-    starts.filter(|friction| *friction > SMALLEST_FRICTION).collect()
+        .flat_map(|track| (0..track.time_s.len()).map(move |row| (track, row)))
+        .filter(|(track, row)| track.counts[*row])
+        .map(|(track, row)| {
+            [force(track.first_row + row), track.force_n[row]].map(|f| along_normal(f, track.inward)).into()
+        })
+        .unzip();
+    let [of_model, measured] = [of_model, measured].map(|forces| largest_ratio(&forces).unwrap_or(0.0));
+    [0.9 * of_model, 0.6 * of_model, measured]
+        .into_iter()
+        .filter(|friction| *friction > SMALLEST_FRICTION)
+        .collect()
 }
 
 /// A friction hardly larger than what noise makes of a force along the poke.
@@ -257,8 +256,8 @@ fn along_normal(force: Vec3, inward: Vec3) -> [f64; 2] {
     [normal, (force - inward * normal).norm()]
 }
 
-/// The largest ratio of tangential to normal force but for a twentieth of the rows, where the latter is a good part of what it is at most:
-/// noise makes ratios of small ones.
+/// The largest ratio of tangential to normal force but for a twentieth of the rows, where the latter is a good part of what it is at
+/// most: noise makes ratios of small ones.
 fn largest_ratio(forces: &[[f64; 2]]) -> Option<f64> {
     let least = GOOD_PART * forces.iter().map(|f| f[0]).fold(0.0, f64::max);
     let pressed = forces.iter().filter(|f| f[0] > least);
