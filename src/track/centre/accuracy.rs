@@ -1,7 +1,7 @@
 //! How near the centres come to the Cramér–Rao bound, on rendered dots.
 
 use super::model::BlurredDisc;
-use super::window::gather;
+use super::window::Window;
 use super::{fit, moment};
 use crate::track::GreyView;
 use crate::track::tests::random::Noise;
@@ -60,9 +60,10 @@ fn measure(noise: f64, radius: f64, tilt_degrees: f64, blur: f64, repeats: u64) 
             let true_disc =
                 BlurredDisc::from_moments(Vector2::from(centre), moments, 150.0, total_blur, dot.background)
                     .expect("an ellipse");
-            let mut samples = Vec::new();
-            gather(&view, &true_disc, 5.0, &mut samples);
-            bound += fit::bound(&samples, &true_disc).trace() * sigma2;
+            let mut window = Window::default();
+            window.gather(&view, &true_disc, 5.0);
+            bound += fit::bound(&window, &true_disc).trace() * sigma2;
+            let samples: Vec<_> = window.samples().collect();
             if let Some((c, _)) = moment::centroid(&samples, true_disc) {
                 centroid += (c - Vector2::from(centre)).norm_squared();
                 count_centroid += 2.0;

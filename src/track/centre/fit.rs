@@ -4,11 +4,12 @@
 //! covariance σ²(JᵀJ)⁻¹ is the Cramér–Rao bound of the model; σ² is the larger of the picture's noise and the fit's own residual.
 
 use super::model::{BlurredDisc, PARAMETERS, Seen, TERMS, WHITE};
-use super::window::{Eight, Sample, by_eights};
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use super::window::{Eight, Window};
+use nalgebra::{Cholesky, Const, Matrix2, SMatrix, SVector, Vector2};
 use wide::f32x8;
 
 type Normal = SMatrix<f64, PARAMETERS, PARAMETERS>;
+type Factor = Cholesky<f64, Const<PARAMETERS>>;
 type Extended = SMatrix<f64, TERMS, TERMS>;
 
 /// A fit that has come to rest.
@@ -35,9 +36,9 @@ const NEWTON_STEPS: usize = 2;
 /// Where it takes long, the matrix is made anew after this many steps.
 const RENEWED: usize = 4;
 
-/// A step of the centre is small when its square is this part of the centre's variance: 3 % of a standard deviation. What else still
+/// A step of the centre is small when its square is this part of the centre's variance: 2 % of a standard deviation. What else still
 /// moves (the brightness of a dot that is nearly white) does not matter.
-const AT_REST: f64 = 1e-3;
+const AT_REST: f64 = 3e-4;
 
 /// Least blur (px): a pixel alone has 1/√12 = 0.29, and no lens is perfect.
 const LEAST_BLUR: f64 = 0.35;
@@ -54,20 +55,19 @@ struct Equations {
     squares: f64,
 }
 
-/// The equations at a state; the matrix only when asked for.
-fn assemble(
-    pixels: &[Eight],
+/// The equations at a state; of the matrix, when it is asked for, the first `WANTED` rows and columns.
+fn assemble<const WANTED: usize>(
+    window: &Window,
     disc: &BlurredDisc,
-    origin: Vector2<f64>,
     matrix: Option<&mut Extended>,
 ) -> Equations {
-    let near = disc.near(origin);
+    let near = disc.near(window.origin);
     let white = f32x8::splat(WHITE as f32);
     let mut normal = [[f32x8::ZERO; TERMS]; TERMS];
     let mut right = [f32x8::ZERO; TERMS];
     let mut squares = 0.0;
     let wanted = matrix.is_some();
-    for eight in pixels {
+    for eight in window.eights() {
         let Seen { value, gradient, flat } = near.see(eight.x, eight.y);
         let residual = (eight.value - value.fast_min(white)) * eight.there;
         squares += f64::from((residual * residual).reduce_add());
@@ -78,14 +78,14 @@ fn assemble(
             *sum += slope * told;
         }
         if wanted && flat {
-            for (k, &i) in FLAT.iter().enumerate() {
+            for (k, &i) in FLAT.iter().enumerate().filter(|(_, i)| **i < WANTED) {
                 let weighted = gradient[i] * weight;
                 for &j in &FLAT[..=k] {
                     normal[i][j] += weighted * gradient[j];
                 }
             }
         } else if wanted {
-            for (i, row) in normal.iter_mut().enumerate() {
+            for (i, row) in normal.iter_mut().enumerate().take(WANTED) {
                 let weighted = gradient[i] * weight;
                 for (sum, slope) in row[..=i].iter_mut().zip(gradient) {
                     *sum += weighted * slope;
@@ -95,43 +95,49 @@ fn assemble(
     }
     let sum = |lanes: f32x8| lanes.to_array().into_iter().map(f64::from).sum::<f64>();
     if let Some(matrix) = matrix {
-        *matrix = Extended::from_fn(|i, j| sum(normal[i.max(j)][i.min(j)]));
+        *matrix =
+            Extended::from_fn(|i, j| if i.max(j) < WANTED { sum(normal[i.max(j)][i.min(j)]) } else { 0.0 });
     }
     Equations { right: right.map(sum).into(), squares }
 }
 
-/// Fits the disc to the samples; none when it does not come to rest, shrinks away or leaves its pixels. `pixels` is memory to reuse.
-pub(super) fn fit(samples: &[Sample], start: BlurredDisc, pixels: &mut Vec<Eight>) -> Option<Fitted> {
-    if samples.len() < 2 * PARAMETERS {
+/// Fits the disc to the pixels; none when it does not come to rest, shrinks away or leaves its pixels.
+pub(super) fn fit(window: &Window, start: BlurredDisc) -> Option<Fitted> {
+    if window.count() < 2 * PARAMETERS {
         return None;
     }
-    let origin = start.centre();
-    by_eights(samples, origin, pixels);
-    let freedom = (samples.len() - PARAMETERS) as f64;
+    let freedom = (window.count() - PARAMETERS) as f64;
     let mut disc = start;
     // Where the inside is white, nothing tells how bright the dot is; its rim says where it is all the same.
-    let held = white_share(samples, &start) > 0.5;
+    let held = white_share(window, &start) > 0.5;
     let mut normal = Extended::zeros();
-    let mut equations = assemble(pixels, &disc, origin, Some(&mut normal));
+    // No fit ends with the first matrix: it need not say how light changes.
+    let mut equations = assemble::<PARAMETERS>(window, &disc, Some(&mut normal));
     let mut damping = 0.0;
     let mut taken = 0;
+    let mut moved_before = 0.0;
     for _ in 0..MOST_STEPS {
         let right = equations.right.fixed_rows::<PARAMETERS>(0);
-        let step = damped(&normal, damping, held).cholesky()?.solve(&right);
+        let factor = damped(&normal, damping, held).cholesky()?;
+        let step = factor.solve(&right);
         let mut next = BlurredDisc(disc.0 + step);
         next.0[6] = next.0[6].clamp(LEAST_BLUR, 20.0);
         let sound = next.to_circle().determinant() > 1e-6 && next.height() > 0.0;
         let moved = step[0] * step[0] * normal[(0, 0)] + step[1] * step[1] * normal[(1, 1)];
-        if sound && taken > 0 && moved <= AT_REST * equations.squares / freedom {
-            let near = (next.centre() - origin).norm() <= MOST_MOVE;
-            return near.then(|| conclude(samples, next, &normal, held, &equations)).flatten();
+        // Undamped steps shrink at least as fast as these two did, so that the next would be no longer than this.
+        let ahead = if damping > 0.0 { moved } else { moved * (moved / moved_before).min(1.0) };
+        if sound && taken > 0 && ahead <= AT_REST * equations.squares / freedom {
+            let near = (next.centre() - window.origin).norm() <= MOST_MOVE;
+            equations.squares -= step.dot(&right);
+            let factor = if damping > 0.0 { damped(&normal, 0.0, held).cholesky()? } else { factor };
+            return near.then(|| conclude(window, next, &normal, &factor, &equations)).flatten();
         }
         let fresh = taken + 1 < NEWTON_STEPS || damping > 0.0 || taken % RENEWED == 0;
         let mut own = Extended::zeros();
-        let tried = sound.then(|| assemble(pixels, &next, origin, fresh.then_some(&mut own)));
+        let tried = sound.then(|| assemble::<TERMS>(window, &next, fresh.then_some(&mut own)));
         match tried.filter(|t| t.squares < equations.squares * (1.0 + AT_REST / freedom)) {
             Some(better) => {
-                (disc, equations) = (next, better);
+                (disc, equations, moved_before) = (next, better, moved);
                 taken += 1;
                 damping *= 0.1;
                 if fresh {
@@ -140,7 +146,7 @@ pub(super) fn fit(samples: &[Sample], start: BlurredDisc, pixels: &mut Vec<Eight
             }
             None => {
                 damping = (damping * 100.0_f64).max(1e-3);
-                assemble(pixels, &disc, origin, Some(&mut normal));
+                assemble::<TERMS>(window, &disc, Some(&mut normal));
             }
         }
     }
@@ -160,52 +166,59 @@ fn damped(normal: &Extended, damping: f64, held: bool) -> Normal {
 }
 
 /// Share of the pixels inside that are white.
-fn white_share(samples: &[Sample], disc: &BlurredDisc) -> f64 {
-    if samples.iter().all(|s| s.value < WHITE) {
+fn white_share(window: &Window, disc: &BlurredDisc) -> f64 {
+    let is_white = |eight: &Eight| eight.value.simd_ge(f32x8::splat(WHITE as f32));
+    if !window.eights().any(|eight| is_white(eight).any()) {
         return 0.0;
     }
-    let (mut all, mut white) = (0.0, 0.0);
-    for sample in samples.iter().filter(|s| disc.distance(s.at) > 0.0) {
-        all += 1.0;
-        white += if sample.value >= WHITE { 1.0 } else { 0.0 };
+    let near = disc.near(window.origin);
+    let (mut all, mut white) = (f32x8::ZERO, f32x8::ZERO);
+    for eight in window.eights() {
+        let inside = near.distance(eight.x, eight.y).simd_gt(f32x8::ZERO).select(eight.there, f32x8::ZERO);
+        all += inside;
+        white += is_white(eight).select(inside, f32x8::ZERO);
     }
+    let [all, white] = [all, white].map(|sum| f64::from(sum.reduce_add()));
     if all > 0.0 { white / all } else { 0.0 }
 }
 
 /// What a fit comes to, from the equations at the last state that they were made for, which its end differs from by a small step.
+/// `factor`: of the normal matrix of the disc's parameters.
 fn conclude(
-    samples: &[Sample],
+    window: &Window,
     disc: BlurredDisc,
     normal: &Extended,
-    held: bool,
+    factor: &Factor,
     equations: &Equations,
 ) -> Option<Fitted> {
-    let inverse = damped(normal, 0.0, held).cholesky()?.inverse();
-    let count = samples.len() as f64;
-    let mean = samples.iter().map(|s| s.value).sum::<f64>() / count;
-    let total: f64 = samples.iter().map(|s| (s.value - mean).powi(2)).sum();
+    let of_centre = factor.solve(&SMatrix::<f64, PARAMETERS, 2>::identity());
+    let count = window.count() as f64;
+    let mean =
+        window.eights().fold(f32x8::ZERO, |sum, e| sum + e.value * e.there).reduce_add() / count as f32;
+    let off = |e: &Eight| (e.value - f32x8::splat(mean)) * e.there;
+    let total = f64::from(window.eights().fold(f32x8::ZERO, |sum, e| sum + off(e) * off(e)).reduce_add());
     Some(Fitted {
         disc,
-        light: light_shift(normal, equations, &inverse)?,
-        unit_covariance: inverse.fixed_view::<2, 2>(0, 0).into_owned(),
+        light: light_shift(normal, equations, factor)?,
+        unit_covariance: of_centre.fixed_view::<2, 2>(0, 0).into_owned(),
         residual: equations.squares / (count - PARAMETERS as f64),
         explained: if total > 0.0 { (1.0 - equations.squares / total).max(0.0) } else { 0.0 },
-        white: white_share(samples, &disc),
+        white: white_share(window, &disc),
     })
 }
 
 /// One Gauss–Newton step to a disc whose brightness may change across it, h (1 + g·(p − c)): how far that takes the centre beyond where
-/// it goes without, and the covariance of it for noise of variance one. `inverse`: of the normal matrix without g.
+/// it goes without, and the covariance of it for noise of variance one. `factor`: of the normal matrix without g.
 fn light_shift(
     normal: &Extended,
     equations: &Equations,
-    inverse: &Normal,
+    factor: &Factor,
 ) -> Option<(Vector2<f64>, Matrix2<f64>)> {
-    let cross = normal.fixed_view::<PARAMETERS, 2>(0, PARAMETERS);
+    let cross = normal.fixed_view::<PARAMETERS, 2>(0, PARAMETERS).into_owned();
     let own = normal.fixed_view::<2, 2>(PARAMETERS, PARAMETERS);
     let (rest, right) =
         (equations.right.fixed_rows::<PARAMETERS>(0), equations.right.fixed_rows::<2>(PARAMETERS));
-    let by_slope = inverse * cross;
+    let by_slope = factor.solve(&cross);
     let schur = (own - cross.transpose() * by_slope).try_inverse()?;
     let slope = schur * (right - by_slope.transpose() * rest);
     let moves = by_slope.fixed_view::<2, 2>(0, 0);
@@ -214,10 +227,9 @@ fn light_shift(
 
 /// The Cramér–Rao bound of a centre for noise of variance one (px²): the model's own, at a given state.
 #[cfg(test)]
-pub(super) fn bound(samples: &[Sample], disc: &BlurredDisc) -> Matrix2<f64> {
-    let (mut normal, mut pixels) = (Extended::zeros(), Vec::new());
-    by_eights(samples, disc.centre(), &mut pixels);
-    assemble(&pixels, disc, disc.centre(), Some(&mut normal));
+pub(super) fn bound(window: &Window, disc: &BlurredDisc) -> Matrix2<f64> {
+    let mut normal = Extended::zeros();
+    assemble::<TERMS>(window, disc, Some(&mut normal));
     let inverse = damped(&normal, 0.0, false).cholesky().expect("a dot").inverse();
     inverse.fixed_view::<2, 2>(0, 0).into_owned()
 }

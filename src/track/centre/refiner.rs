@@ -1,7 +1,7 @@
 //! From something that may be a dot to its centre: a blurred disc where one fits, the centroid of its light elsewhere.
 
 use super::model::BlurredDisc;
-use super::window::{Eight, Sample, gather};
+use super::window::Window;
 use super::{fit, moment};
 use crate::track::{GreyView, LightShift};
 use nalgebra::{Matrix2, Vector2};
@@ -46,8 +46,7 @@ const MOMENT_MARGIN: f64 = 5.0;
 /// Finds centres one after another, reusing memory.
 #[derive(Default)]
 pub(in crate::track) struct Refiner {
-    samples: Vec<Sample>,
-    eights: Vec<Eight>,
+    window: Window,
 }
 
 impl Refiner {
@@ -65,8 +64,8 @@ impl Refiner {
             START_BLUR,
             rough.base,
         )?;
-        gather(view, &start, rough.margin, &mut self.samples);
-        if let Some(fitted) = fit::fit(&self.samples, start, &mut self.eights) {
+        self.window.gather(view, &start, rough.margin);
+        if let Some(fitted) = fit::fit(&self.window, start) {
             let disc = fitted.disc;
             return Some(Fine {
                 centre: disc.centre(),
@@ -84,8 +83,9 @@ impl Refiner {
             });
         }
         // The centroid needs a ring of background.
-        gather(view, &start, MOMENT_MARGIN, &mut self.samples);
-        let (centre, unit_covariance) = moment::centroid(&self.samples, start)?;
+        self.window.gather(view, &start, MOMENT_MARGIN);
+        let samples: Vec<_> = self.window.samples().collect();
+        let (centre, unit_covariance) = moment::centroid(&samples, start)?;
         Some(Fine {
             centre,
             covariance: unit_covariance * (noise * noise),

@@ -5,17 +5,18 @@
 //! dots, but no far-away glare. A level too low costs time, not dots: what it joins is taken apart again.
 
 use crate::track::GreyView;
+use std::ops::Range;
 
 /// Edge of a block (px).
 pub(super) const BLOCK: usize = 8;
 
 /// Rows that mean and spread are taken from: each of so many.
-const EVERY: usize = 2;
+const EVERY: usize = 4;
 
 /// Share of the standard deviation of the surroundings.
 const SPREAD: f64 = 0.25;
 
-/// Sums over every other row of a block, and the largest level of all of it.
+/// Sums over some rows of a block, and the largest level of all of it.
 #[derive(Clone, Copy, Default)]
 struct Block {
     sum: u32,
@@ -36,21 +37,26 @@ impl Levels {
         let [width, height] = view.size();
         let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
         let blocks = sums(view, columns, rows);
-        let integral = Integral::of(&blocks, columns, rows);
         let reach = (3.0 * radius / BLOCK as f64).ceil() as usize;
+        let least = 0.5 * least_contrast * noise;
         let mut level = Vec::with_capacity(columns * rows);
-        for j in 0..rows {
+        let mut band = Band::new(columns);
+        for (j, line) in blocks.chunks_exact(columns).enumerate() {
             let (top, bottom) = (j.saturating_sub(reach), (j + reach + 1).min(rows));
             let high = ((bottom * BLOCK).min(height) - top * BLOCK).div_ceil(EVERY);
-            for i in 0..columns {
+            band.cover(&blocks, top..bottom);
+            level.extend(line.iter().enumerate().map(|(i, block)| {
                 let (left, right) = (i.saturating_sub(reach), (i + reach + 1).min(columns));
-                let wide = (right * BLOCK).min(width) - left * BLOCK;
-                let (sum, squares) = integral.over([left, right], [top, bottom]);
-                let mean = sum / (wide * high) as f64;
-                let spread = (squares / (wide * high) as f64 - mean * mean).max(0.0).sqrt();
-                let margin = (0.5 * least_contrast * noise).max(SPREAD * spread);
-                level.push((mean + margin).min(254.0) as u8);
-            }
+                let count = (((right * BLOCK).min(width) - left * BLOCK) * high) as f64;
+                let (sum, squares) = band.over(left, right);
+                let mean = sum / count;
+                // What is not above the least level need not know the level.
+                if f64::from(block.largest) <= mean + least {
+                    return (mean + least).min(254.0) as u8;
+                }
+                let spread = (squares / count - mean * mean).max(0.0).sqrt();
+                (mean + least.max(SPREAD * spread)).min(254.0) as u8
+            }));
         }
         Self { columns, level, largest: blocks.iter().map(|b| b.largest).collect() }
     }
@@ -69,10 +75,11 @@ impl Levels {
 }
 
 fn sums(view: &GreyView<'_>, columns: usize, rows: usize) -> Vec<Block> {
-    let [width, height] = view.size();
+    let [_, height] = view.size();
     let mut blocks = vec![Block::default(); columns * rows];
-    // Down the columns first: at most 8 pixels, which overflow neither 16 nor 32 bits. Every other row says enough of mean and spread.
-    let (mut sum, mut squares, mut largest) = (vec![0_u16; width], vec![0_u32; width], vec![0_u8; width]);
+    // Down the columns first: at most 8 pixels, which overflow neither 16 nor 32 bits. A few rows say enough of mean and spread.
+    let wide = columns * BLOCK;
+    let (mut sum, mut squares, mut largest) = (vec![0_u16; wide], vec![0_u32; wide], vec![0_u8; wide]);
     for (row, line) in blocks.chunks_exact_mut(columns).enumerate() {
         sum.fill(0);
         squares.fill(0);
@@ -89,11 +96,13 @@ fn sums(view: &GreyView<'_>, columns: usize, rows: usize) -> Vec<Block> {
                 }
             }
         }
-        let across = sum.chunks(BLOCK).zip(squares.chunks(BLOCK)).zip(largest.chunks(BLOCK));
-        for (block, ((sum, squares), largest)) in line.iter_mut().zip(across) {
+        let across = sum.as_chunks::<BLOCK>().0.iter().zip(squares.as_chunks::<BLOCK>().0);
+        for ((block, (sum, squares)), largest) in
+            line.iter_mut().zip(across).zip(largest.as_chunks::<BLOCK>().0)
+        {
             *block = Block {
-                sum: sum.iter().map(|&s| u32::from(s)).sum(),
-                squares: squares.iter().sum(),
+                sum: sum.iter().fold(0, |all, &s| all.wrapping_add(u32::from(s))),
+                squares: squares.iter().fold(0, |all, &s| all.wrapping_add(s)),
                 largest: largest.iter().fold(0, |most, &p| most.max(p)),
             };
         }
@@ -101,32 +110,88 @@ fn sums(view: &GreyView<'_>, columns: usize, rows: usize) -> Vec<Block> {
     blocks
 }
 
-/// Sums over all blocks above and to the left.
-struct Integral {
-    stride: usize,
-    sums: Vec<(f64, f64)>,
+/// Sums over a band of rows of blocks, which moves down the picture.
+struct Band {
+    rows: Range<usize>,
+    /// Of each column: sum and squares.
+    columns: Vec<(f64, f64)>,
+    /// Of all columns to the left.
+    before: Vec<(f64, f64)>,
 }
 
-impl Integral {
-    fn of(blocks: &[Block], columns: usize, rows: usize) -> Self {
-        let stride = columns + 1;
-        let mut sums = vec![(0.0, 0.0); stride * (rows + 1)];
-        for j in 0..rows {
-            let mut line = (0.0, 0.0);
-            for i in 0..columns {
-                let block = blocks[j * columns + i];
-                line.0 += f64::from(block.sum);
-                line.1 += f64::from(block.squares);
-                let above = sums[j * stride + i + 1];
-                sums[(j + 1) * stride + i + 1] = (above.0 + line.0, above.1 + line.1);
-            }
-        }
-        Self { stride, sums }
+impl Band {
+    fn new(columns: usize) -> Self {
+        Self { rows: 0..0, columns: vec![(0.0, 0.0); columns], before: vec![(0.0, 0.0); columns + 1] }
     }
 
-    fn over(&self, [left, right]: [usize; 2], [top, bottom]: [usize; 2]) -> (f64, f64) {
-        let at = |i: usize, j: usize| self.sums[j * self.stride + i];
-        let (a, b, c, d) = (at(left, top), at(right, top), at(left, bottom), at(right, bottom));
-        (d.0 - b.0 - c.0 + a.0, d.1 - b.1 - c.1 + a.1)
+    /// Moves on to these rows, none of which begins or ends above those before. Whole numbers: nothing is lost by taking away.
+    fn cover(&mut self, blocks: &[Block], rows: Range<usize>) {
+        let wide = self.columns.len();
+        let entering = (self.rows.end..rows.end).map(|row| (row, 1.0));
+        let leaving = (self.rows.start..rows.start).map(|row| (row, -1.0));
+        for (row, sign) in entering.chain(leaving) {
+            for (column, block) in self.columns.iter_mut().zip(&blocks[row * wide..(row + 1) * wide]) {
+                column.0 += sign * f64::from(block.sum);
+                column.1 += sign * f64::from(block.squares);
+            }
+        }
+        self.rows = rows;
+        let mut sum = (0.0, 0.0);
+        for (before, column) in self.before[1..].iter_mut().zip(&self.columns) {
+            sum = (sum.0 + column.0, sum.1 + column.1);
+            *before = sum;
+        }
+    }
+
+    /// Sum and squares over the columns `left..right`.
+    fn over(&self, left: usize, right: usize) -> (f64, f64) {
+        let (a, b) = (self.before[left], self.before[right]);
+        (b.0 - a.0, b.1 - a.1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::track::tests::random::Noise;
+
+    /// Blocks that have something above their level are those that sums over every pixel of the band's rows say, with that level.
+    #[test]
+    fn levels_are_those_of_sums_pixel_by_pixel() {
+        let (width, height, radius) = (141_usize, 93_usize, 5.0);
+        let mut random = Noise::seeded(4);
+        let pixels: Vec<u8> = (0..width * height)
+            .map(|i| {
+                let slope = 0.7 * (i % width) as f64;
+                let dot = if (i / width) % 23 < 6 && (i % width) % 19 < 6 { 90.0 } else { 0.0 };
+                (30.0 + slope + dot + 4.0 * random.normal()).clamp(0.0, 255.0) as u8
+            })
+            .collect();
+        let view = GreyView::new(width, height, width, &pixels).expect("a picture");
+        let levels = Levels::of(&view, radius, 4.0, 6.0);
+        let reach = (3.0 * radius / BLOCK as f64).ceil() as usize;
+        let mut exceeded = 0;
+        for j in 0..height.div_ceil(BLOCK) {
+            let found: Vec<(usize, u8)> = levels.exceeded(j).collect();
+            for i in 0..width.div_ceil(BLOCK) {
+                let span = |at: usize, reach: usize, most: usize| {
+                    at.saturating_sub(reach) * BLOCK..((at + reach + 1) * BLOCK).min(most)
+                };
+                let values: Vec<f64> = span(j, reach, height)
+                    .filter(|y| y % EVERY == 0)
+                    .flat_map(|y| view.row(y)[span(i, reach, width)].iter().map(|&p| f64::from(p)))
+                    .collect();
+                let mean = values.iter().sum::<f64>() / values.len() as f64;
+                let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64;
+                let level = mean + (0.5 * 6.0 * 4.0_f64).max(SPREAD * spread.sqrt());
+                let largest = span(j, 0, height)
+                    .flat_map(|y| view.row(y)[span(i, 0, width)].iter().copied())
+                    .fold(0, u8::max);
+                let known = found.iter().find(|(column, _)| *column == i).map(|(_, level)| *level);
+                assert_eq!(known, (largest > level as u8).then_some(level as u8), "{i} {j}: {level}");
+                exceeded += usize::from(known.is_some());
+            }
+        }
+        assert!((20..200).contains(&exceeded), "{exceeded}");
     }
 }
