@@ -36,9 +36,9 @@ const NEWTON_STEPS: usize = 2;
 /// Where it takes long, the matrix is made anew after this many steps.
 const RENEWED: usize = 4;
 
-/// A step of the centre is small when its square is this part of the centre's variance: 2 % of a standard deviation. What else still
+/// A step of the centre is small when its square is this part of the centre's variance: 3 % of a standard deviation. What else still
 /// moves (the brightness of a dot that is nearly white) does not matter.
-const AT_REST: f64 = 3e-4;
+const AT_REST: f64 = 1e-3;
 
 /// Least blur (px): a pixel alone has 1/√12 = 0.29, and no lens is perfect.
 const LEAST_BLUR: f64 = 0.35;
@@ -115,7 +115,7 @@ pub(super) fn fit(window: &Window, start: BlurredDisc) -> Option<Fitted> {
     let mut equations = assemble::<PARAMETERS>(window, &disc, Some(&mut normal));
     let mut damping = 0.0;
     let mut taken = 0;
-    let mut moved_before = 0.0;
+    let mut promised_before = 0.0;
     for _ in 0..MOST_STEPS {
         let right = equations.right.fixed_rows::<PARAMETERS>(0);
         let factor = damped(&normal, damping, held).cholesky()?;
@@ -124,11 +124,13 @@ pub(super) fn fit(window: &Window, start: BlurredDisc) -> Option<Fitted> {
         next.0[6] = next.0[6].clamp(LEAST_BLUR, 20.0);
         let sound = next.to_circle().determinant() > 1e-6 && next.height() > 0.0;
         let moved = step[0] * step[0] * normal[(0, 0)] + step[1] * step[1] * normal[(1, 1)];
-        // Undamped steps shrink at least as fast as these two did, so that the next would be no longer than this.
-        let ahead = if damping > 0.0 { moved } else { moved * (moved / moved_before).min(1.0) };
-        if sound && taken > 0 && ahead <= AT_REST * equations.squares / freedom {
+        let promised = step.dot(&right);
+        // Undamped steps shrink at least as fast as these two did: what the next would gain.
+        let ahead = if damping > 0.0 { f64::INFINITY } else { promised * (promised / promised_before) };
+        let enough = AT_REST * equations.squares / freedom;
+        if sound && taken > 0 && (moved <= enough || ahead <= enough) {
             let near = (next.centre() - window.origin).norm() <= MOST_MOVE;
-            equations.squares -= step.dot(&right);
+            equations.squares -= promised;
             let factor = if damping > 0.0 { damped(&normal, 0.0, held).cholesky()? } else { factor };
             return near.then(|| conclude(window, next, &normal, &factor, &equations)).flatten();
         }
@@ -137,7 +139,7 @@ pub(super) fn fit(window: &Window, start: BlurredDisc) -> Option<Fitted> {
         let tried = sound.then(|| assemble::<TERMS>(window, &next, fresh.then_some(&mut own)));
         match tried.filter(|t| t.squares < equations.squares * (1.0 + AT_REST / freedom)) {
             Some(better) => {
-                (disc, equations, moved_before) = (next, better, moved);
+                (disc, equations, promised_before) = (next, better, promised);
                 taken += 1;
                 damping *= 0.1;
                 if fresh {

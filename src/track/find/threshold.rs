@@ -11,7 +11,7 @@ use std::ops::Range;
 pub(super) const BLOCK: usize = 8;
 
 /// Rows that mean and spread are taken from: each of so many.
-const EVERY: usize = 4;
+const EVERY: usize = 2;
 
 /// Share of the standard deviation of the surroundings.
 const SPREAD: f64 = 0.25;
