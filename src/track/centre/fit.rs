@@ -55,7 +55,7 @@ struct Equations {
     squares: f64,
 }
 
-/// The equations at a state; of the matrix, when it is asked for, the first `WANTED` rows and columns.
+/// The equations at a state; of the matrix, when it is asked for, the first `WANTED` rows up to the diagonal: it is symmetric.
 fn assemble<const WANTED: usize>(
     window: &Window,
     disc: &BlurredDisc,
@@ -93,12 +93,15 @@ fn assemble<const WANTED: usize>(
             }
         }
     }
-    let sum = |lanes: f32x8| lanes.to_array().into_iter().map(f64::from).sum::<f64>();
+    let sum = |lanes: f32x8| f64::from(lanes.reduce_add());
     if let Some(matrix) = matrix {
-        *matrix =
-            Extended::from_fn(|i, j| if i.max(j) < WANTED { sum(normal[i.max(j)][i.min(j)]) } else { 0.0 });
+        for (i, row) in normal.iter().enumerate().take(WANTED) {
+            for (j, lanes) in row[..=i].iter().enumerate() {
+                matrix[(i, j)] = sum(*lanes);
+            }
+        }
     }
-    Equations { right: right.map(sum).into(), squares }
+    Equations { right: SVector::from_fn(|i, _| sum(right[i])), squares }
 }
 
 /// Fits the disc to the pixels; none when it does not come to rest, shrinks away or leaves its pixels.
@@ -169,7 +172,7 @@ fn damped(normal: &Extended, damping: f64, held: bool) -> Normal {
 /// Share of the pixels inside that are white.
 fn white_share(window: &Window, disc: &BlurredDisc) -> f64 {
     let is_white = |eight: &Eight| eight.value.simd_ge(f32x8::splat(WHITE as f32));
-    if !window.eights().any(|eight| is_white(eight).any()) {
+    if !window.eights().any(|eight| is_white(&eight).any()) {
         return 0.0;
     }
     let near = disc.near(window.origin);
@@ -177,7 +180,7 @@ fn white_share(window: &Window, disc: &BlurredDisc) -> f64 {
     for eight in window.eights() {
         let inside = near.distance(eight.x, eight.y).simd_gt(f32x8::ZERO).select(eight.there, f32x8::ZERO);
         all += inside;
-        white += is_white(eight).select(inside, f32x8::ZERO);
+        white += is_white(&eight).select(inside, f32x8::ZERO);
     }
     let [all, white] = [all, white].map(|sum| f64::from(sum.reduce_add()));
     if all > 0.0 { white / all } else { 0.0 }
@@ -197,7 +200,7 @@ fn conclude(
     let mean =
         window.eights().fold(f32x8::ZERO, |sum, e| sum + e.value * e.there).reduce_add() / count as f32;
     let off = |e: &Eight| (e.value - f32x8::splat(mean)) * e.there;
-    let total = f64::from(window.eights().fold(f32x8::ZERO, |sum, e| sum + off(e) * off(e)).reduce_add());
+    let total = f64::from(window.eights().fold(f32x8::ZERO, |sum, e| sum + off(&e) * off(&e)).reduce_add());
     Some(Fitted {
         disc,
         light: light_shift(normal, equations, factor)?,
@@ -215,8 +218,9 @@ fn light_shift(
     equations: &Equations,
     factor: &Factor,
 ) -> Option<(Vector2<f64>, Matrix2<f64>)> {
-    let cross = normal.fixed_view::<PARAMETERS, 2>(0, PARAMETERS).into_owned();
-    let own = normal.fixed_view::<2, 2>(PARAMETERS, PARAMETERS);
+    let cross = normal.fixed_view::<2, PARAMETERS>(PARAMETERS, 0).transpose();
+    let mut own = normal.fixed_view::<2, 2>(PARAMETERS, PARAMETERS).into_owned();
+    own.fill_upper_triangle_with_lower_triangle();
     let (rest, right) =
         (equations.right.fixed_rows::<PARAMETERS>(0), equations.right.fixed_rows::<2>(PARAMETERS));
     let by_slope = factor.solve(&cross);

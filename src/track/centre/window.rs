@@ -33,13 +33,13 @@ pub(super) struct Window {
     others: Packed,
 }
 
-/// Pixels by eights.
+/// Pixels one after another, and behind the last one anything.
 #[derive(Default)]
 struct Packed {
-    eights: Vec<Eight>,
+    x: Vec<f32>,
+    y: Vec<f32>,
+    value: Vec<f32>,
     count: usize,
-    /// The next eight: x, y and grey levels.
-    open: [[f32; LANES]; 3],
 }
 
 /// Pixels this far outside the rim and above half the dot's height belong to another dot or to a glare (px).
@@ -55,42 +55,41 @@ impl Window {
     /// Takes the pixels within `margin` px of the dot's rim.
     pub(super) fn gather(&mut self, view: &GreyView<'_>, dot: &BlurredDisc, margin: f64) {
         self.origin = dot.centre();
-        self.about_rim.clear();
-        self.others.clear();
+        self.about_rim.count = 0;
+        self.others.count = 0;
         let [width, height] = view.size();
         let Some(to_plane) = dot.to_circle().try_inverse() else { return };
         // Half-width of the ellipse {A⁻¹e : |e| = 1} along an axis is the length of that row of A⁻¹.
         let reach = [to_plane.row(0).norm() + margin, to_plane.row(1).norm() + margin];
-        let from = |c: f64, r: f64| (c - r).ceil().max(0.0) as usize;
-        let to = |c: f64, r: f64, most: usize| ((c + r).floor().max(-1.0) + 1.0).min(most as f64) as usize;
-        let (x0, x1) = (from(self.origin.x, reach[0]), to(self.origin.x, reach[0], width));
+        let pixels = |c: f64, r: f64, most: usize| {
+            let to = ((c + r).floor().max(-1.0) + 1.0).min(most as f64) as usize;
+            ((c - r).ceil().max(0.0) as usize).min(to)..to
+        };
+        let columns = pixels(self.origin.x, reach[0], width);
+        let rows = pixels(self.origin.y, reach[1], height);
+        // The last eight of a row may reach beyond.
+        let most = (columns.len() + LANES) * rows.len();
+        self.about_rim.make_room(most);
+        self.others.make_room(most);
         let near = dot.near(self.origin);
         let half = f32x8::splat((dot.base() + 0.5 * dot.height()) as f32);
         let outermost = f32x8::splat(-margin as f32);
         let ramp = f32x8::from([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-        for y in from(self.origin.y, reach[1])..to(self.origin.y, reach[1], height) {
+        for y in rows {
             let y_here = (y as f64 - self.origin.y) as f32;
-            for start in (x0..x1).step_by(LANES) {
+            for start in columns.clone().step_by(LANES) {
                 let (levels, there) = eight_levels(view.row(y), start);
                 let x = f32x8::splat((start as f64 - self.origin.x) as f32) + ramp;
-                let value = f32x8::from(levels.map(f32::from));
+                let value = f32x8::from(levels);
                 let distance = near.distance(x, f32x8::splat(y_here));
-                let foreign = distance.simd_lt(f32x8::splat(-OWN)) & value.simd_gt(half);
-                let own = there & distance.simd_ge(outermost).to_bitmask() & !foreign.to_bitmask();
+                let dark = value.simd_le(half) | distance.simd_ge(f32x8::splat(-OWN));
+                let own = (distance.simd_ge(outermost) & dark).to_bitmask() & there;
                 let about_rim = distance.abs().simd_lt(f32x8::splat(RIM)).to_bitmask();
-                let (x, value) = (x.to_array(), value.to_array());
-                let parts = [(&mut self.about_rim, own & about_rim), (&mut self.others, own & !about_rim)];
-                for (part, mut lanes) in parts {
-                    while lanes != 0 {
-                        let i = lanes.trailing_zeros() as usize;
-                        part.push([x[i], y_here, value[i]]);
-                        lanes &= lanes - 1;
-                    }
-                }
+                let pixels = [x.to_array(), [y_here; LANES], levels];
+                self.about_rim.push(&pixels, own & about_rim);
+                self.others.push(&pixels, own & !about_rim);
             }
         }
-        self.about_rim.close();
-        self.others.close();
     }
 
     /// Number of pixels.
@@ -99,8 +98,8 @@ impl Window {
     }
 
     /// All pixels.
-    pub(super) fn eights(&self) -> impl Iterator<Item = &Eight> {
-        self.about_rim.eights.iter().chain(&self.others.eights)
+    pub(super) fn eights(&self) -> impl Iterator<Item = Eight> {
+        self.about_rim.eights().chain(self.others.eights())
     }
 
     /// The pixels one by one.
@@ -116,43 +115,45 @@ impl Window {
 }
 
 /// Eight grey levels of a row, and a bit for each that there is.
-fn eight_levels(row: &[u8], start: usize) -> ([u8; LANES], u32) {
-    if let Some(Ok(levels)) = row.get(start..start + LANES).map(<[u8; LANES]>::try_from) {
-        return (levels, u32::from(u8::MAX));
-    }
-    let mut levels = [0; LANES];
-    let left = &row[start..];
-    levels.iter_mut().zip(left).for_each(|(level, &there)| *level = there);
+fn eight_levels(row: &[u8], start: usize) -> ([f32; LANES], u32) {
+    let mut levels = [0.0; LANES];
+    let left = &row[start..row.len().min(start + LANES)];
+    levels.iter_mut().zip(left).for_each(|(level, &there)| *level = f32::from(there));
     (levels, (1 << left.len()) - 1)
 }
 
 impl Packed {
-    fn clear(&mut self) {
-        self.eights.clear();
-        self.count = 0;
+    /// For this many pixels, and for seven that are written and not taken.
+    fn make_room(&mut self, pixels: usize) {
+        for numbers in [&mut self.x, &mut self.y, &mut self.value] {
+            numbers.resize(numbers.len().max(pixels + LANES), 0.0);
+        }
     }
 
+    /// Takes those of eight pixels that have a bit in `lanes`.
     #[inline(always)]
-    fn push(&mut self, pixel: [f32; 3]) {
-        let lane = self.count % LANES;
-        self.open.iter_mut().zip(pixel).for_each(|(lanes, number)| lanes[lane] = number);
-        self.count += 1;
-        if lane + 1 == LANES {
-            self.take(f32x8::ONE);
+    fn push(&mut self, [x, y, value]: &[[f32; LANES]; 3], lanes: u32) {
+        let room = self.count..self.count + LANES;
+        let (to_x, to_y) = (&mut self.x[room.clone()], &mut self.y[room.clone()]);
+        let to_value = &mut self.value[room];
+        let mut next = 0;
+        // Every pixel is written, and stays if the next one is written behind it: no branch that is hard to foresee.
+        for i in 0..LANES {
+            (to_x[next], to_y[next], to_value[next]) = (x[i], y[i], value[i]);
+            next = (next + (lanes >> i & 1) as usize) % LANES;
         }
+        self.count += lanes.count_ones() as usize;
     }
 
-    /// After the last pixel.
-    fn close(&mut self) {
-        let filled = self.count % LANES;
-        if filled > 0 {
-            self.take(std::array::from_fn(|i| f32::from(u8::from(i < filled))).into());
-        }
-    }
-
-    fn take(&mut self, there: f32x8) {
-        let [x, y, value] = self.open.map(f32x8::from);
-        self.eights.push(Eight { x, y, value, there });
+    fn eights(&self) -> impl Iterator<Item = Eight> {
+        let [x, y, value] = [&self.x, &self.y, &self.value].map(|numbers| numbers.as_chunks().0.iter());
+        let starts = (0..self.count).step_by(LANES);
+        x.zip(y).zip(value).zip(starts).map(|(((x, y), value), start)| {
+            let is_there = |i: usize| f32::from(u8::from(start + i < self.count));
+            let all = start + LANES <= self.count;
+            let there = if all { f32x8::ONE } else { f32x8::from(std::array::from_fn(is_there)) };
+            Eight { x: f32x8::from(*x), y: f32x8::from(*y), value: f32x8::from(*value), there }
+        })
     }
 }
 
