@@ -23,26 +23,26 @@ pub(super) struct Contact {
 }
 
 /// The body with its restraint as a tip feels it where nothing is remembered: discs follow from the tip's force.
-pub(super) struct UnderTip {
+pub(super) struct UnderTip<const N: usize> {
     pub at: Spot,
     pub pulling: Vec<bool>,
     /// The tip's path (in units of the modulus) by its force, solved; and what bands' gaps alone add to it.
     held: DualSolver,
-    less: DVector<Dual>,
+    less: DVector<Dual<N>>,
     /// Displacements of the discs by the tip's force, and without.
-    discs: DMatrix<Dual>,
-    alone: DVector<Dual>,
+    discs: DMatrix<Dual<N>>,
+    alone: DVector<Dual<N>>,
     /// By a unit of path along each of the tip's axes, where it may let go of some.
-    pub by_path: Vec<DVector<Dual>>,
+    pub by_path: Vec<DVector<Dual<N>>>,
 }
 
-impl UnderTip {
+impl<const N: usize> UnderTip<N> {
     /// `None` where the restraint alone has no answer.
     pub(super) fn new(
-        compliance: &Compliance,
-        law: &Law,
-        e: Dual,
-        tip: &Tip<'_>,
+        compliance: &Compliance<N>,
+        law: &Law<N>,
+        e: Dual<N>,
+        tip: &Tip<'_, N>,
         pulling: &[bool],
     ) -> Option<Self> {
         let n = compliance.d.nrows();
@@ -65,32 +65,35 @@ impl UnderTip {
     }
 
     /// Force of the tip on a `path` on which it holds on, and displacements of the discs.
-    pub(super) fn answer(&self, path: &DVector<Dual>) -> Option<DVector<Dual>> {
+    pub(super) fn answer(&self, path: &DVector<Dual<N>>) -> Option<DVector<Dual<N>>> {
         let q = self.held.solve(&(path + &self.less))?;
         Some(both(&q, |q| &self.alone + &self.discs * q))
     }
 }
 
 /// A force of the tip, then the displacements of the discs.
-fn both(q: &DVector<Dual>, discs: impl Fn(&DVector<Dual>) -> DVector<Dual>) -> DVector<Dual> {
+fn both<const N: usize>(
+    q: &DVector<Dual<N>>,
+    discs: impl Fn(&DVector<Dual<N>>) -> DVector<Dual<N>>,
+) -> DVector<Dual<N>> {
     let u = discs(q);
     DVector::from_iterator(q.len() + u.len(), q.iter().chain(u.iter()).copied())
 }
 
 /// `f = −K u + p` on the discs at one row; `K` has one block a disc.
-pub(super) struct Law {
-    k: Vec<[[Dual; 3]; 3]>,
-    p: DVector<Dual>,
+pub(super) struct Law<const N: usize> {
+    k: Vec<[[Dual<N>; 3]; 3]>,
+    p: DVector<Dual<N>>,
 }
 
-impl Law {
+impl<const N: usize> Law<N> {
     pub(super) fn new(
         discs: usize,
-        groups: &[Group],
-        bands: &[Band],
-        own: &[(Dual, DVector<Dual>)],
+        groups: &[Group<N>],
+        bands: &[Band<N>],
+        own: &[(Dual<N>, DVector<Dual<N>>)],
         pulling: &[bool],
-        sliders: &[Sliders],
+        sliders: &[Sliders<N>],
     ) -> Self {
         let mut k = vec![[[Dual::from(0.0); 3]; 3]; discs / 3];
         let mut p = DVector::from_element(discs, Dual::from(0.0));
@@ -107,7 +110,7 @@ impl Law {
                         }
                     }
                     Some(slack) if *pulling => {
-                        let past: Dual = (0..3).map(|i| past[3 * n + i] * slack.direction[i]).sum();
+                        let past: Dual<N> = (0..3).map(|i| past[3 * n + i] * slack.direction[i]).sum();
                         for i in 0..3 {
                             k[disc][i] = slack.direction.map(|d| *stiffness * (slack.direction[i] * d));
                             p[3 * disc + i] = (*stiffness * slack.gap_m - past) * slack.direction[i];
@@ -121,7 +124,7 @@ impl Law {
     }
 
     /// `M K` for any matrix with one column a component.
-    fn after(&self, m: &DMatrix<Dual>) -> DMatrix<Dual> {
+    fn after(&self, m: &DMatrix<Dual<N>>) -> DMatrix<Dual<N>> {
         DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| {
             let (disc, axis) = (j / 3, j % 3);
             (0..3)
@@ -133,7 +136,7 @@ impl Law {
     }
 
     /// Forces at these displacements.
-    pub(super) fn forces(&self, u: &DVector<Dual>) -> DVector<Dual> {
+    pub(super) fn forces(&self, u: &DVector<Dual<N>>) -> DVector<Dual<N>> {
         DVector::from_fn(self.p.len(), |i, _| {
             let (disc, axis) = (i / 3, i % 3);
             (0..3).fold(self.p[i], |f, j| f - self.k[disc][axis][j] * u[3 * disc + j])
@@ -142,15 +145,15 @@ impl Law {
 }
 
 /// The condensed body.
-pub(super) struct Compliance {
-    pub a: DMatrix<Dual>,
-    pub b: DMatrix<Dual>,
-    pub d: DMatrix<Dual>,
+pub(super) struct Compliance<const N: usize> {
+    pub a: DMatrix<Dual<N>>,
+    pub b: DMatrix<Dual<N>>,
+    pub d: DMatrix<Dual<N>>,
 }
 
-impl Compliance {
+impl<const N: usize> Compliance<N> {
     /// The system of one row: unknowns are the force of the tip, if it touches, and the discs' displacements.
-    pub(super) fn matrix(&self, law: &Law, e: Dual, tip: Option<&Tip<'_>>) -> DMatrix<Dual> {
+    pub(super) fn matrix(&self, law: &Law<N>, e: Dual<N>, tip: Option<&Tip<'_, N>>) -> DMatrix<Dual<N>> {
         let (n, first) = (self.d.nrows(), if tip.is_some() { 3 } else { 0 });
         let mut m = DMatrix::from_element(first + n, first + n, Dual::from(0.0));
         m.view_mut((first, first), (n, n)).copy_from(&law.after(&self.d));
@@ -176,10 +179,10 @@ impl Compliance {
     /// Its right-hand side: `past` under the discs, and the path of the tip in units of the modulus.
     pub(super) fn right(
         &self,
-        law: &Law,
-        past: &DVector<Dual>,
-        path: Option<(&Tip<'_>, DVector<Dual>)>,
-    ) -> DVector<Dual> {
+        law: &Law<N>,
+        past: &DVector<Dual<N>>,
+        path: Option<(&Tip<'_, N>, DVector<Dual<N>>)>,
+    ) -> DVector<Dual<N>> {
         // One that is zero here may not stay so: a gap, or what a band has relaxed.
         let pulls = law.p.iter().any(|p| p.re != 0.0 || p.eps.0.is_some());
         let under = if !pulls { -past } else { &self.d * &law.p - past };
@@ -195,14 +198,14 @@ impl Compliance {
 }
 
 /// The tip while it touches.
-pub(super) struct Tip<'a> {
+pub(super) struct Tip<'a, const N: usize> {
     pub at: Spot,
     /// Unit normal of the surface, into the phantom.
     pub inward: Vec3,
-    pub effects: &'a Effects,
+    pub effects: &'a Effects<N>,
 }
 
-impl Tip<'_> {
+impl<const N: usize> Tip<'_, N> {
     /// Two axes in the surface, and the one into it.
     pub(super) fn axes(&self) -> [Vec3; 3] {
         let basis = basis_from_axis(&self.inward);
@@ -210,18 +213,18 @@ impl Tip<'_> {
     }
 
     /// A unit of path along each of them, in units of the modulus, where the tip may let go of some.
-    pub(super) fn paths(&self, e: Dual) -> Vec<DVector<Dual>> {
+    pub(super) fn paths(&self, e: Dual<N>) -> Vec<DVector<Dual<N>>> {
         let axes = if self.effects.friction.is_some() { &self.axes()[..] } else { &[] };
         axes.iter().map(|axis| DVector::from_fn(3, |i, _| e * axis[i])).collect()
     }
 
     /// What a tip that rubs lets go of its path (m), taken off what follows from it: `x`, answers to which by a unit of path are `by_path`.
     /// `None` where no slip obeys friction.
-    pub(super) fn rub(&self, x: &mut DVector<Dual>, by_path: &[DVector<Dual>]) -> Option<[Dual; 3]> {
+    pub(super) fn rub(&self, x: &mut DVector<Dual<N>>, by_path: &[DVector<Dual<N>>]) -> Option<[Dual<N>; 3]> {
         let mut gone = [Dual::from(0.0); 3];
         let Some(friction) = self.effects.friction else { return Some(gone) };
         let axes = self.axes();
-        let along = |x: &DVector<Dual>, axis: &Vec3| -> Dual { (0..3).map(|i| x[i] * axis[i]).sum() };
+        let along = |x: &DVector<Dual<N>>, axis: &Vec3| -> Dual<N> { (0..3).map(|i| x[i] * axis[i]).sum() };
         let firm = std::array::from_fn(|i| along(x, &axes[i]));
         let stiffness = std::array::from_fn(|i| std::array::from_fn(|j| along(&by_path[j], &axes[i])));
         let slip = slip::let_go(&firm, &stiffness, friction)?;
@@ -233,8 +236,8 @@ impl Tip<'_> {
     }
 
     /// What the frame gives (m).
-    pub(super) fn stage_give(&self, q: &[Dual; 3]) -> [Dual; 3] {
-        let along: Dual = (0..3).map(|i| q[i] * self.at.direction[i]).sum();
+    pub(super) fn stage_give(&self, q: &[Dual<N>; 3]) -> [Dual<N>; 3] {
+        let along: Dual<N> = (0..3).map(|i| q[i] * self.at.direction[i]).sum();
         std::array::from_fn(|i| self.effects.stage_m_per_n * along * self.at.direction[i])
     }
 }

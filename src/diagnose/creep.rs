@@ -28,7 +28,7 @@ impl Creep {
     }
 }
 
-impl Effects {
+impl<const N: usize> Effects<N> {
     /// Whether something moves on, or stays displaced, while nothing touches the phantom.
     pub(super) fn remember(&self) -> bool {
         !self.relaxation.is_empty()
@@ -66,7 +66,7 @@ impl Model<'_> {
                 (false, true) => 1.0,
                 _ => return None,
             };
-            let load = |row: usize| DVector::from_iterator(loads[row].len(), loads[row].iter().map(|l| l.re));
+            let load = |row: usize| loads[row].column(0);
             Some(&marched.body.markers.value * (load(left) * (1.0 - share) + load(right) * share))
         };
         Some(Creep::At(self.settled.recording.markers.frame_time_s.iter().map(|t| at(*t)).collect()))

@@ -6,23 +6,29 @@ use num_dual::{Derivative, DualSVec64};
 /// Most parameters that a march is differentiated by: the modulus, some ten for patches, a dozen for effects.
 pub(super) const MOST: usize = 24;
 
-/// A value with its derivatives.
-pub(super) type Dual = DualSVec64<MOST>;
+/// A value with its derivatives by the first `N` parameters.
+pub(super) type Dual<const N: usize = MOST> = DualSVec64<N>;
 
 /// The parameter of this index.
 pub(super) fn variable(value: f64, index: usize) -> Dual {
     Dual::from_re(value).derivative(index)
 }
 
+/// The same with derivatives by the first `M` parameters: less of them cost less to carry along. Those beyond are 0.
+pub(super) fn resized<const N: usize, const M: usize>(value: &Dual<N>) -> Dual<M> {
+    let first = |all: SVector<f64, N>| SVector::from_fn(|i, _| if i < N { all[i] } else { 0.0 });
+    Dual::new(value.re, Derivative::new(value.eps.0.map(first)))
+}
+
 /// Derivatives by the first `count` parameters.
-pub(super) fn gradient(value: &Dual, count: usize) -> DVector<f64> {
+pub(super) fn gradient<const N: usize>(value: &Dual<N>, count: usize) -> DVector<f64> {
     let all = all(value);
     DVector::from_fn(count, |i, _| all[i])
 }
 
 /// A value with these derivatives.
-pub(super) fn with_gradient(value: f64, derivatives: &[(usize, f64)]) -> Dual {
-    let mut all = SVector::<f64, MOST>::zeros();
+pub(super) fn with_gradient<const N: usize>(value: f64, derivatives: &[(usize, f64)]) -> Dual<N> {
+    let mut all = SVector::<f64, N>::zeros();
     for &(index, by) in derivatives {
         all[index] += by;
     }
@@ -39,22 +45,22 @@ pub(super) struct DualSolver {
 
 impl DualSolver {
     /// `None` when the matrix is singular.
-    pub(super) fn new(matrix: &DMatrix<Dual>) -> Option<Self> {
+    pub(super) fn new<const N: usize>(matrix: &DMatrix<Dual<N>>) -> Option<Self> {
         let factor = matrix.map(|x| x.re).lu();
         let by = |p: usize| matrix.map(|x| x.eps.0.map_or(0.0, |slopes| slopes[p]));
         let depends = |(_, slopes): &(usize, DMatrix<f64>)| slopes.iter().any(|s| *s != 0.0);
-        let by = (0..MOST).map(|p| (p, by(p))).filter(depends).collect();
+        let by = (0..N).map(|p| (p, by(p))).filter(depends).collect();
         factor.is_invertible().then_some(Self { by, factor })
     }
 
     /// The solution; `None` when it is not finite.
-    pub(super) fn solve(&self, right: &DVector<Dual>) -> Option<DVector<Dual>> {
+    pub(super) fn solve<const N: usize>(&self, right: &DVector<Dual<N>>) -> Option<DVector<Dual<N>>> {
         if right.is_empty() {
             return Some(right.clone());
         }
         let value = self.factor.solve(&right.map(|x| x.re))?;
         let n = value.len();
-        let mut slopes = DMatrix::<f64>::zeros(n, MOST);
+        let mut slopes = DMatrix::<f64>::zeros(n, N);
         for (i, right) in right.iter().enumerate() {
             slopes.row_mut(i).copy_from(&all(right).transpose());
         }
@@ -64,7 +70,7 @@ impl DualSolver {
         self.factor.solve_mut(&mut slopes).then_some(())?;
         value.iter().all(|x| x.is_finite()).then(|| {
             DVector::from_fn(n, |i, _| {
-                let slopes = slopes.row(i).transpose().fixed_rows::<MOST>(0).into_owned();
+                let slopes = slopes.row(i).transpose().fixed_rows::<N>(0).into_owned();
                 Dual::new(value[i], Derivative::some(slopes))
             })
         })
@@ -72,8 +78,8 @@ impl DualSolver {
 }
 
 /// All derivatives.
-fn all(value: &Dual) -> SVector<f64, MOST> {
-    value.eps.unwrap_generic(Const::<MOST>, U1)
+fn all<const N: usize>(value: &Dual<N>) -> SVector<f64, N> {
+    value.eps.unwrap_generic(Const::<N>, U1)
 }
 
 /// A matrix that depends on parameters: values, and the derivative by each of some parameters, which count from 0.
@@ -93,7 +99,7 @@ impl Field {
     }
 
     /// As dual numbers.
-    pub(super) fn dual(&self) -> DMatrix<Dual> {
+    pub(super) fn dual<const N: usize>(&self) -> DMatrix<Dual<N>> {
         DMatrix::from_fn(self.value.nrows(), self.value.ncols(), |i, j| {
             if self.by.is_empty() {
                 return Dual::from_re(self.value[(i, j)]);

@@ -2,7 +2,7 @@
 //!
 //! Signs and zeros are those of the physics catalogue.
 
-use super::dual::Dual;
+use super::dual::{Dual, MOST, resized};
 use super::extra::Large;
 use super::sticky::Sticky;
 use super::uneven;
@@ -10,45 +10,45 @@ use nalgebra::DVector;
 
 /// One term of a Prony series: share of the instantaneous stiffness that relaxes, and its time constant (s).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Term {
-    pub relaxed_fraction: Dual,
-    pub time_constant_s: Dual,
+pub(super) struct Term<const N: usize = MOST> {
+    pub relaxed_fraction: Dual<N>,
+    pub time_constant_s: Dual<N>,
 }
 
 /// What a restraint does besides pulling in proportion.
 #[derive(Debug, Clone)]
-pub(super) struct Band {
+pub(super) struct Band<const N: usize = MOST> {
     /// Memory of the restraint: of what it is stretched by.
-    pub memory: Vec<Term>,
+    pub memory: Vec<Term<N>>,
     /// Acts along a direction only, in tension, beyond a gap.
-    pub slack: Option<Slack>,
+    pub slack: Option<Slack<N>>,
     /// What drags beside it; nothing does where it is slack.
-    pub sticky: Option<Sticky>,
+    pub sticky: Option<Sticky<N>>,
 }
 
 /// `f = −max(0, k s) d` with `s = u·d − gap`, where a band remembers `−max(0, 𝓔[s]) d`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Slack {
-    pub gap_m: Dual,
+pub(super) struct Slack<const N: usize = MOST> {
+    pub gap_m: Dual<N>,
     /// Unit vector `d`.
     pub direction: [f64; 3],
 }
 
-impl Slack {
+impl<const N: usize> Slack<N> {
     /// Whether the mean of its discs, displaced by `u`, has it pull: it does with `stiffness` times the stretch, and `past`.
-    pub(super) fn pulls(&self, u: &[Dual], (stiffness, past): &(Dual, DVector<Dual>)) -> bool {
-        let pull = |(u, past): (&[Dual], &[Dual])| self.stretch(u) * stiffness + self.along(past);
-        u.chunks_exact(3).zip(past.as_slice().chunks_exact(3)).map(pull).sum::<Dual>().re > 0.0
+    pub(super) fn pulls(&self, u: &[Dual<N>], (stiffness, past): &(Dual<N>, DVector<Dual<N>>)) -> bool {
+        let pull = |(u, past): (&[Dual<N>], &[Dual<N>])| self.stretch(u) * stiffness + self.along(past);
+        u.chunks_exact(3).zip(past.as_slice().chunks_exact(3)).map(pull).sum::<Dual<N>>().re > 0.0
     }
 
     /// By how much each of its discs stretches it (m): beyond the gap, or, while it does not pull, to where it would pull with nothing.
     pub(super) fn stretched(
         &self,
-        u: &[Dual],
-        (stiffness, past): &(Dual, DVector<Dual>),
+        u: &[Dual<N>],
+        (stiffness, past): &(Dual<N>, DVector<Dual<N>>),
         pulls: bool,
-    ) -> DVector<Dual> {
-        let of = |(u, past): (&[Dual], &[Dual])| {
+    ) -> DVector<Dual<N>> {
+        let of = |(u, past): (&[Dual<N>], &[Dual<N>])| {
             let stretch = match pulls {
                 true => self.stretch(u),
                 false if stiffness.re > 0.0 => -self.along(past) / stiffness,
@@ -59,50 +59,82 @@ impl Slack {
         DVector::from_iterator(u.len(), u.chunks_exact(3).zip(past.as_slice().chunks_exact(3)).flat_map(of))
     }
 
-    fn stretch(&self, u: &[Dual]) -> Dual {
+    fn stretch(&self, u: &[Dual<N>]) -> Dual<N> {
         self.along(u) - self.gap_m
     }
 
-    fn along(&self, v: &[Dual]) -> Dual {
+    fn along(&self, v: &[Dual<N>]) -> Dual<N> {
         v.iter().zip(self.direction).map(|(v, d)| *v * d).sum()
     }
 }
 
 /// All effects.
 #[derive(Debug, Clone)]
-pub(super) struct Effects {
+pub(super) struct Effects<const N: usize = MOST> {
     /// Memory of the phantom.
-    pub relaxation: Vec<Term>,
+    pub relaxation: Vec<Term<N>>,
     /// `E(t) = E (1 + rate t)` (1/s).
-    pub drying_per_s: Dual,
+    pub drying_per_s: Dual<N>,
     /// One a restraint group.
-    pub bands: Vec<Band>,
+    pub bands: Vec<Band<N>>,
     /// Coulomb coefficient at the tip; `None` sticks.
-    pub friction: Option<Dual>,
+    pub friction: Option<Dual<N>>,
     /// Lost depth at contact (m).
-    pub late_m: Dual,
+    pub late_m: Dual<N>,
     /// Full width of the play (m).
-    pub backlash_m: Dual,
+    pub backlash_m: Dual<N>,
     /// Of frame and holder along the poke (m/N).
-    pub stage_m_per_n: Dual,
+    pub stage_m_per_n: Dual<N>,
     /// Of the force's zero (N/s).
-    pub drift_n_per_s: [Dual; 3],
+    pub drift_n_per_s: [Dual<N>; 3],
     /// Of each force axis.
-    pub gain: [Dual; 3],
+    pub gain: [Dual<N>; 3],
     /// Rotation vector of the camera's displacements (rad).
-    pub rotation_rad: [Dual; 3],
+    pub rotation_rad: [Dual<N>; 3],
     /// Of all displacements, and of z besides.
-    pub scale: Dual,
-    pub depth_gain: Dual,
+    pub scale: Dual<N>,
+    pub depth_gain: Dual<N>,
     /// What the scale has besides at a place of the picture, by what it is in proportion to (see `uneven`).
-    pub uneven: [Dual; uneven::KINDS],
+    pub uneven: [Dual<N>; uneven::KINDS],
     /// Markers show the state this much earlier than their stamp (s).
-    pub lag_s: Dual,
+    pub lag_s: Dual<N>,
     /// A law that is not linear in the displacement.
     pub large: Option<Large>,
 }
 
 impl Effects {
+    /// With derivatives by the first `N` parameters, and without a law that is not linear, which no march follows.
+    pub(super) fn resized<const N: usize>(&self) -> Effects<N> {
+        let term = |term: &Term| Term {
+            relaxed_fraction: resized(&term.relaxed_fraction),
+            time_constant_s: resized(&term.time_constant_s),
+        };
+        let slack = |slack: Slack| Slack { gap_m: resized(&slack.gap_m), direction: slack.direction };
+        let band = |band: &Band| Band {
+            memory: band.memory.iter().map(term).collect(),
+            slack: band.slack.map(slack),
+            sticky: band.sticky.map(|sticky| sticky.resized()),
+        };
+        let axes = |of: &[Dual; 3]| [0, 1, 2].map(|i| resized(&of[i]));
+        Effects {
+            relaxation: self.relaxation.iter().map(term).collect(),
+            drying_per_s: resized(&self.drying_per_s),
+            bands: self.bands.iter().map(band).collect(),
+            friction: self.friction.as_ref().map(resized),
+            late_m: resized(&self.late_m),
+            backlash_m: resized(&self.backlash_m),
+            stage_m_per_n: resized(&self.stage_m_per_n),
+            drift_n_per_s: axes(&self.drift_n_per_s),
+            gain: axes(&self.gain),
+            rotation_rad: axes(&self.rotation_rad),
+            scale: resized(&self.scale),
+            depth_gain: resized(&self.depth_gain),
+            uneven: std::array::from_fn(|i| resized(&self.uneven[i])),
+            lag_s: resized(&self.lag_s),
+            large: None,
+        }
+    }
+
     /// The baseline, with so many restraint groups.
     pub(super) fn neutral(groups: usize) -> Self {
         let (zero, one) = (Dual::from(0.0), Dual::from(1.0));
@@ -151,7 +183,7 @@ mod tests {
     /// by the 0.4 mm at which it pulls with nothing.
     #[test]
     fn a_band_that_has_relaxed_goes_slack_where_it_pulls_with_nothing() {
-        let slack = Slack { gap_m: Dual::from(1e-4), direction: [0.6, 0.0, 0.8] };
+        let slack: Slack = Slack { gap_m: Dual::from(1e-4), direction: [0.6, 0.0, 0.8] };
         let along = |size: f64| slack.direction.map(|d| Dual::from(size * d));
         let own = (Dual::from(5.0), DVector::from_column_slice(&along(-2e-3)));
         assert!(slack.pulls(&along(0.501e-3), &own) && !slack.pulls(&along(0.499e-3), &own));

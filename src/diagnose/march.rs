@@ -8,22 +8,22 @@
 
 use super::body::Body;
 use super::contact::{Compliance, Contact, Law, Spot, Tip, UnderTip};
-use super::dual::{Dual, DualSolver};
+use super::dual::{Dual, DualSolver, MOST, gradient, resized};
 use super::effects::Effects;
 use super::extra::Depth;
 use super::memory::Memory;
 use super::sticky::Sliders;
 use super::tip_path::Play;
 use super::track::Timeline;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 /// Restraint discs that share a law.
 #[derive(Debug, Clone)]
-pub(super) struct Group {
+pub(super) struct Group<const N: usize = MOST> {
     /// Its discs: a range of the body's discs.
     pub discs: std::ops::Range<usize>,
     /// Stiffness of one disc (N/m).
-    pub stiffness: Dual,
+    pub stiffness: Dual<N>,
 }
 
 /// The march; one entry a row of the force sensor.
@@ -32,11 +32,15 @@ pub(super) struct March {
     /// Force of the tip on the phantom (N).
     pub force: Vec<[Dual; 3]>,
     /// `𝓔⁻¹` of the forces of the tip at every site and of the discs, three components each: times the markers' compliance it
-    /// is their displacement.
-    pub loads: Vec<DVector<Dual>>,
+    /// is their displacement. Values, then derivatives; empty where nothing is loaded.
+    pub loads: Vec<DMatrix<f64>>,
     /// How deep the tip is.
     pub depth: Vec<Depth>,
 }
+
+/// Most parameters of most marches, and of those with little restraint.
+const SOME: usize = 12;
+const FEW: usize = 6;
 
 /// Rounds of finding which bands pull and which drag, at one row.
 const ROUNDS: usize = 8;
@@ -47,41 +51,62 @@ const STEPS_PER_S: f64 = 1e9;
 /// Time (s) before the first row at which everything was at rest.
 const FIRST_STEP_S: f64 = 0.02;
 
-/// Marches through all rows of the recording from rest; between pokes nothing holds the surface. `None` when a row's
-/// system is singular.
+/// Marches through all rows of the recording from rest, with derivatives by the first `fitted` parameters, of which all others are
+/// independent; between pokes nothing holds the surface. `None` when a row's system is singular.
 pub(super) fn march(
     timeline: &Timeline,
     body: &Body,
     modulus: Dual,
     groups: &[Group],
     effects: &Effects,
+    fitted: usize,
 ) -> Option<March> {
+    // Most of what it costs is to carry derivatives along.
+    match fitted {
+        0..=FEW => march_with::<FEW>(timeline, body, modulus, groups, effects, fitted),
+        _ if fitted <= SOME => march_with::<SOME>(timeline, body, modulus, groups, effects, fitted),
+        _ => march_with::<MOST>(timeline, body, modulus, groups, effects, fitted),
+    }
+}
+
+fn march_with<const N: usize>(
+    timeline: &Timeline,
+    body: &Body,
+    modulus: Dual,
+    groups: &[Group],
+    effects: &Effects,
+    fitted: usize,
+) -> Option<March> {
+    let (modulus, effects) = (resized(&modulus), &effects.resized::<N>());
+    let stiffness = |group: &Group| resized(&group.stiffness);
+    let groups = groups.iter().map(|group| Group { discs: group.discs.clone(), stiffness: stiffness(group) });
+    let groups: &[Group<N>] = &groups.collect::<Vec<_>>();
     let (tips, discs) = (3 * body.sites, body.discs_discs.value.nrows());
     let compliance =
         Compliance { a: body.tips_tips.dual(), b: body.discs_tips.dual(), d: body.discs_discs.dual() };
     let mut surface = Memory::new(modulus, &effects.relaxation, tips + discs);
     let mut loaded = Memory::new(modulus, &effects.relaxation, tips + discs);
-    let mut bands: Vec<Memory> = groups
+    let mut bands: Vec<Memory<N>> = groups
         .iter()
         .zip(&effects.bands)
         .map(|(group, band)| Memory::new(group.stiffness, &band.memory, 3 * group.discs.len()))
         .collect();
-    let mut sliders: Vec<Sliders> = groups
+    let mut sliders: Vec<Sliders<N>> = groups
         .iter()
         .zip(&effects.bands)
         .map(|(group, band)| {
             Sliders::new(band.sticky.filter(|_| band.slack.is_none()), group.stiffness, group.discs.len())
         })
         .collect();
-    let mut kept: Option<(Key, DualSolver, Vec<DVector<Dual>>)> = None;
-    let mut under_tip: Vec<UnderTip> = Vec::new();
+    let mut kept: Option<(Key, DualSolver, Vec<DVector<Dual<N>>>)> = None;
+    let mut under_tip: Vec<UnderTip<N>> = Vec::new();
     let mut state = Contact { at: None, pulling: vec![true; groups.len()] };
     let mut slid = [Dual::from(0.0); 3];
     let mut play = Play::default();
     let mut out = March { force: Vec::new(), loads: Vec::new(), depth: Vec::new() };
     let none = Depth { now: Dual::from(0.0), deepest: Dual::from(0.0) };
     let before_m = |site: usize| timeline.deepest_m.get(site).copied().unwrap_or(0.0);
-    let mut deepest: Vec<Dual> = (0..body.sites).map(|site| Dual::from(before_m(site))).collect();
+    let mut deepest: Vec<Dual<N>> = (0..body.sites).map(|site| Dual::from(before_m(site))).collect();
     let mut before_s = timeline.rows.first().map_or(0.0, |row| row.time_s) - FIRST_STEP_S;
     // Without a clock in any law a row's answer is in proportion to the path of the tip.
     let ages = effects.drying_per_s.re != 0.0 || effects.drying_per_s.eps.0.is_some();
@@ -90,7 +115,7 @@ pub(super) fn march(
         if row.contact.is_none() && !remembers {
             // Nothing moves and nothing is remembered.
             out.force.push([Dual::from(0.0); 3]);
-            out.loads.push(DVector::from_element(0, Dual::from(0.0)));
+            out.loads.push(DMatrix::zeros(0, 1 + fitted));
             out.depth.push(none);
             continue;
         }
@@ -99,7 +124,7 @@ pub(super) fn march(
         before_s = row.time_s;
         let age = effects.drying_per_s * row.time_s + 1.0;
         let (e, past) = surface.step(dt, age);
-        let own: Vec<(Dual, DVector<Dual>)> =
+        let own: Vec<(Dual<N>, DVector<Dual<N>>)> =
             bands.iter_mut().map(|band| band.step(dt, Dual::from(1.0))).collect();
         let at = row.contact.as_ref().map(|touch| Spot { site: touch.site, direction: touch.direction });
         if state.at != at || row.first {
@@ -110,7 +135,7 @@ pub(super) fn march(
         let tip = at
             .zip(row.contact.as_ref())
             .map(|(at, touch)| (Tip { at, inward: touch.inward, effects }, play.follow(touch, effects)));
-        let mut solved: Option<Solved> = None;
+        let mut solved: Option<Solved<N>> = None;
         for _ in 0..ROUNDS {
             let law = Law::new(discs, groups, &effects.bands, &own, &state.pulling, &sliders);
             let path = tip.as_ref().map(|(tip, path)| {
@@ -118,7 +143,7 @@ pub(super) fn march(
             });
             let (mut x, by_path) = match path {
                 Some((tip, path)) if !remembers && !ages => {
-                    let alike = |known: &&UnderTip| known.at == tip.at && known.pulling == state.pulling;
+                    let alike = |known: &&UnderTip<N>| known.at == tip.at && known.pulling == state.pulling;
                     let known = match under_tip.iter().position(|known| alike(&known)) {
                         Some(known) => known,
                         None => {
@@ -141,7 +166,7 @@ pub(super) fn march(
                         let matrix = compliance.matrix(&law, e, tip.as_ref().map(|(tip, _)| tip));
                         let solver = DualSolver::new(&matrix)?;
                         let paths = tip.as_ref().map_or_else(Vec::new, |(tip, _)| tip.paths(e));
-                        let alone = |path: DVector<Dual>| {
+                        let alone = |path: DVector<Dual<N>>| {
                             solver.solve(&path.resize_vertically(3 + discs, Dual::from(0.0)))
                         };
                         let by_path = paths.into_iter().map(alone).collect::<Option<_>>()?;
@@ -160,7 +185,7 @@ pub(super) fn march(
             let next = Contact { at: state.at, pulling: still_pulling(groups, effects, &own, &u) };
             let q = tip.as_ref().map_or([Dual::from(0.0); 3], |_| [x[0], x[1], x[2]]);
             solved = Some(Solved { f: law.forces(&u), q, u, gone, pulling: state.pulling.clone() });
-            let of = |group: &Group| 3 * group.discs.start..3 * group.discs.end;
+            let of = |group: &Group<N>| 3 * group.discs.start..3 * group.discs.end;
             let u = &solved.as_ref()?.u;
             let mut news = next != state;
             for (group, sliders) in groups.iter().zip(&mut sliders) {
@@ -176,8 +201,8 @@ pub(super) fn march(
         let mut moved = DVector::from_element(tips + discs, Dual::from(0.0));
         let under = if remembers { tips } else { 0 };
         for i in 0..under {
-            let by_discs: Dual = (0..discs).map(|j| compliance.b[(j, i)] * f[j]).sum();
-            let by_tip: Dual = at.map_or(Dual::from(0.0), |Spot { site, .. }| {
+            let by_discs: Dual<N> = (0..discs).map(|j| compliance.b[(j, i)] * f[j]).sum();
+            let by_tip: Dual<N> = at.map_or(Dual::from(0.0), |Spot { site, .. }| {
                 (0..3).map(|j| compliance.a[(i, 3 * site + j)] * q[j]).sum()
             });
             moved[i] = (by_tip + by_discs - past[i]) / e;
@@ -185,7 +210,7 @@ pub(super) fn march(
         moved.rows_mut(tips, discs).copy_from(&u);
         if let Some((tip, _)) = &tip {
             // What it let go of along the surface it does not get back; into it, it may press again.
-            let into: Dual = (0..3).map(|i| gone[i] * tip.inward[i]).sum();
+            let into: Dual<N> = (0..3).map(|i| gone[i] * tip.inward[i]).sum();
             slid = std::array::from_fn(|i| slid[i] + gone[i] - into * tip.inward[i]);
         }
         let (loads_e, loads_h) = loaded.step(dt, age);
@@ -214,28 +239,39 @@ pub(super) fn march(
         out.depth.push(match &tip {
             Some((tip, path)) => {
                 let give = tip.stage_give(&q);
-                let now = (0..3).map(|i| (path[i] - give[i]) * tip.at.direction[i]).sum();
+                let now: Dual<N> = (0..3).map(|i| (path[i] - give[i]) * tip.at.direction[i]).sum();
                 let most = &mut deepest[tip.at.site];
                 if now > *most {
                     *most = now;
                 }
-                Depth { now, deepest: *most }
+                Depth { now: resized(&now), deepest: resized(most) }
             }
             None => none,
         });
-        out.force.push(q);
-        out.loads.push(load);
+        out.force.push([0, 1, 2].map(|i| resized(&q[i])));
+        out.loads.push(columns(&load, fitted));
     }
     Some(out)
 }
 
+/// Values, then derivatives by the first `fitted` parameters.
+fn columns<const N: usize>(load: &DVector<Dual<N>>, fitted: usize) -> DMatrix<f64> {
+    let mut columns = DMatrix::zeros(load.len(), 1 + fitted);
+    for (i, load) in load.iter().enumerate() {
+        columns[(i, 0)] = load.re;
+        let slopes = gradient(load, fitted);
+        (0..fitted).for_each(|p| columns[(i, 1 + p)] = slopes[p]);
+    }
+    columns
+}
+
 /// One row, solved.
-struct Solved {
-    q: [Dual; 3],
-    f: DVector<Dual>,
-    u: DVector<Dual>,
+struct Solved<const N: usize> {
+    q: [Dual<N>; 3],
+    f: DVector<Dual<N>>,
+    u: DVector<Dual<N>>,
     /// What the tip let go of its path.
-    gone: [Dual; 3],
+    gone: [Dual<N>; 3],
     /// Which bands pulled.
     pulling: Vec<bool>,
 }
@@ -252,13 +288,13 @@ struct Key {
 }
 
 /// Which bands pull: those that are not slack do.
-fn still_pulling(
-    groups: &[Group],
-    effects: &Effects,
-    own: &[(Dual, DVector<Dual>)],
-    u: &DVector<Dual>,
+fn still_pulling<const N: usize>(
+    groups: &[Group<N>],
+    effects: &Effects<N>,
+    own: &[(Dual<N>, DVector<Dual<N>>)],
+    u: &DVector<Dual<N>>,
 ) -> Vec<bool> {
-    let of = |group: &Group| &u.as_slice()[3 * group.discs.start..3 * group.discs.end];
+    let of = |group: &Group<N>| &u.as_slice()[3 * group.discs.start..3 * group.discs.end];
     let bands = groups.iter().zip(&effects.bands).zip(own);
     bands.map(|((group, band), own)| band.slack.is_none_or(|slack| slack.pulls(of(group), own))).collect()
 }
@@ -267,6 +303,7 @@ fn still_pulling(
 mod tests {
     use super::super::dual::{Field, gradient, variable};
     use super::super::effects::{Slack, Term};
+    use super::super::sticky::Sticky;
     use super::super::track::{Row, Touch};
     use super::*;
     use crate::geometry::Vec3;
@@ -296,7 +333,7 @@ mod tests {
     fn marched(rows: impl Iterator<Item = Row>, effects: &Effects) -> March {
         let timeline = Timeline { rows: rows.collect(), deepest_m: Vec::new() };
         let groups = [Group { discs: 0..1, stiffness: Dual::from(2e3) }];
-        march(&timeline, &body(), Dual::from(1e4), &groups, effects).expect("a march")
+        march(&timeline, &body(), Dual::from(1e4), &groups, effects, 1).expect("a march")
     }
 
     /// Force of the tip at every row, with its derivative by the first parameter.
@@ -333,7 +370,7 @@ mod tests {
             let term = Term { relaxed_fraction: Dual::from(0.6), time_constant_s: Dual::from(0.1) };
             effects.bands[0].memory.push(term);
             let marched = marched(poke_to(-Vec3::z(), 0.1, &depths_mm), &effects);
-            marched.loads.iter().map(|load| load[5].re).collect()
+            marched.loads.iter().map(|load| load[(5, 0)]).collect()
         };
         let taut = Slack { gap_m: Dual::from(0.0), direction: [0.0, 0.0, -1.0] };
         let (held, pulled) = (pulls(None), pulls(Some(taut)));
@@ -362,15 +399,15 @@ mod tests {
             let timeline =
                 Timeline { rows: poke_to(aslant, 0.1, &depths_mm).collect(), deepest_m: Vec::new() };
             let groups = [Group { discs: 0..1, stiffness: Dual::from(2e3) }];
-            let marched = march(&timeline, &body, Dual::from(1e4), &groups, &effects).expect("a march");
+            let marched = march(&timeline, &body, Dual::from(1e4), &groups, &effects, 0).expect("a march");
             // The band is pulled by what the tip still does: u = (q + 4 f)/E and f = −k u.
             for load in marched.loads.iter().filter(|_| relaxed.is_none()) {
                 for i in 0..3 {
-                    assert!((load[3 + i].re + 0.2 / 1.8 * load[i].re).abs() < 1e-16, "{load}");
+                    assert!((load[3 + i] + 0.2 / 1.8 * load[i]).abs() < 1e-16, "{load}");
                 }
             }
             for ((force, load), depth_mm) in marched.force.iter().zip(&marched.loads).zip(depths_mm) {
-                let into = 4.0 * load[2].re + 2.0 * load[0].re + load[5].re;
+                let into = 4.0 * load[2] + 2.0 * load[0] + load[5];
                 assert!(force[2].re > -1e-9 || (into + 0.6e-3 * depth_mm).abs() < 1e-14, "{into} {depth_mm}");
             }
             marched.force.iter().map(|q| (q[0].re, -q[2].re)).collect::<Vec<(f64, f64)>>()
@@ -418,6 +455,37 @@ mod tests {
             }
             assert!(here[7][0].1.abs() > 0.1, "{here:?}");
         }
+    }
+
+    /// However many derivatives are carried along, those that there are and the values are the same.
+    #[test]
+    fn other_derivatives_change_nothing() {
+        let depths_mm = [0.0, 0.5, 1.0, 1.5, 2.0, 1.5, 1.0, 0.5];
+        let mut effects = Effects { friction: Some(variable(0.5, 0)), ..Effects::neutral(1) };
+        let (relaxed_fraction, time_constant_s) = (variable(0.4, 1), variable(0.5, 2));
+        effects.relaxation.push(Term { relaxed_fraction, time_constant_s });
+        effects.bands[0].sticky = Some(Sticky { ratio: variable(0.5, 3), slip_m: variable(1e-5, 4) });
+        let rows = poke_to(Vec3::new(0.7, 0.3, -0.6), 0.1, &depths_mm);
+        let timeline = Timeline { rows: rows.collect(), deepest_m: Vec::new() };
+        let groups = [Group { discs: 0..1, stiffness: variable(2e3, 5) }];
+        let with = |fitted: usize| {
+            march(&timeline, &body(), Dual::from(1e4), &groups, &effects, fitted).expect("a march")
+        };
+        let few = with(FEW);
+        for fitted in [SOME, MOST] {
+            let more = with(fitted);
+            for row in 0..depths_mm.len() {
+                let (few, more) = (&few.loads[row], more.loads[row].columns(0, 1 + FEW));
+                assert!((more - few).amax() <= 1e-12 * few.amax(), "{row}");
+            }
+            for (few, more) in few.force.iter().flatten().zip(more.force.iter().flatten()) {
+                let slopes = gradient(few, FEW);
+                let off = (gradient(more, FEW) - &slopes).amax() + (few.re - more.re).abs();
+                assert!(off <= 1e-12 * (slopes.amax() + few.re.abs()), "{few} {more}");
+            }
+        }
+        let last = &few.loads[depths_mm.len() - 1];
+        assert!((1..=FEW).all(|p| last.column(p).amax() > 0.0), "{last}");
     }
 
     /// A gap of nothing has the derivative that a small one shows.

@@ -8,37 +8,37 @@ use nalgebra::DVector;
 use num_dual::DualNum;
 
 /// The past of one hereditary operator: one state for each term and component.
-pub(super) struct Memory {
+pub(super) struct Memory<const N: usize> {
     /// Long-time stiffness.
-    lasting: Dual,
+    lasting: Dual<N>,
     /// Stiffness and time constant (s) of every term.
-    terms: Vec<(Dual, Dual)>,
-    state: Vec<DVector<Dual>>,
-    last: DVector<Dual>,
+    terms: Vec<(Dual<N>, Dual<N>)>,
+    state: Vec<DVector<Dual<N>>>,
+    last: DVector<Dual<N>>,
     /// The last step (s), and by how much every term decays over it and on average within it.
-    step: Option<(f64, Vec<(Dual, Dual)>)>,
+    step: Option<(f64, Vec<(Dual<N>, Dual<N>)>)>,
 }
 
-impl Memory {
+impl<const N: usize> Memory<N> {
     /// `lasting` stays; every term relaxes a share of the instantaneous stiffness.
-    pub(super) fn new(lasting: Dual, terms: &[Term], components: usize) -> Self {
-        let relaxed: Dual = terms.iter().map(|t| t.relaxed_fraction).sum();
+    pub(super) fn new(lasting: Dual<N>, terms: &[Term<N>], components: usize) -> Self {
+        let relaxed: Dual<N> = terms.iter().map(|t| t.relaxed_fraction).sum();
         let instantaneous = lasting / (Dual::from(1.0) - relaxed);
-        let terms: Vec<(Dual, Dual)> =
+        let terms: Vec<(Dual<N>, Dual<N>)> =
             terms.iter().map(|t| (instantaneous * t.relaxed_fraction, t.time_constant_s)).collect();
         let still = || DVector::from_element(components, Dual::from(0.0));
         Self { lasting, state: terms.iter().map(|_| still()).collect(), terms, last: still(), step: None }
     }
 
     /// Decay over a step, and the mean of the decay within it.
-    fn decay(time_constant_s: Dual, dt: f64) -> (Dual, Dual) {
+    fn decay(time_constant_s: Dual<N>, dt: f64) -> (Dual<N>, Dual<N>) {
         let over = Dual::from(dt) / time_constant_s;
         let decay = (-over).exp();
         (decay, (Dual::from(1.0) - decay) / over)
     }
 
     /// `e` and `h` of the step (s) that is to come, scaled by `age`.
-    pub(super) fn step(&mut self, dt: f64, age: Dual) -> (Dual, DVector<Dual>) {
+    pub(super) fn step(&mut self, dt: f64, age: Dual<N>) -> (Dual<N>, DVector<Dual<N>>) {
         if self.step.as_ref().is_none_or(|(known, _)| *known != dt) {
             let decays = self.terms.iter().map(|(_, time_constant)| Self::decay(*time_constant, dt));
             self.step = Some((dt, decays.collect()));
@@ -56,8 +56,8 @@ impl Memory {
     }
 
     /// Goes on by that step, to a displacement.
-    pub(super) fn advance(&mut self, to: DVector<Dual>) {
-        let decaying: Vec<(Dual, Dual, Dual)> = self.decaying().collect();
+    pub(super) fn advance(&mut self, to: DVector<Dual<N>>) {
+        let decaying: Vec<(Dual<N>, Dual<N>, Dual<N>)> = self.decaying().collect();
         for ((stiffness, decay, mean), state) in decaying.into_iter().zip(&mut self.state) {
             let stiffness = stiffness * mean;
             for i in 0..to.len() {
@@ -68,7 +68,7 @@ impl Memory {
     }
 
     /// Stiffness of every term, and its decay over the step and on average within it.
-    fn decaying(&self) -> impl Iterator<Item = (Dual, Dual, Dual)> + '_ {
+    fn decaying(&self) -> impl Iterator<Item = (Dual<N>, Dual<N>, Dual<N>)> + '_ {
         let decays = self.step.iter().flat_map(|(_, decays)| decays);
         self.terms.iter().zip(decays).map(|((stiffness, _), (decay, mean))| (*stiffness, *decay, *mean))
     }
@@ -82,7 +82,7 @@ mod tests {
     /// (Tschoegl 1989, chapter 2): `E∞ + E₁ τ/T (e^{T/τ} − 1) e^{−t/τ}`; and its inverse gives the ramp back.
     #[test]
     fn a_ramp_and_hold_relaxes_by_the_closed_form() {
-        let term = Term { relaxed_fraction: Dual::from(0.3), time_constant_s: Dual::from(2.0) };
+        let term: Term = Term { relaxed_fraction: Dual::from(0.3), time_constant_s: Dual::from(2.0) };
         let (lasting, ramp) = (0.7, 0.5);
         let mut memory = Memory::new(Dual::from(lasting), &[term], 1);
         let mut inverse = Memory::new(Dual::from(lasting), &[term], 1);

@@ -361,7 +361,7 @@ impl<'a> Model<'a> {
         let groups = self.groups(acting, at);
         let fitted = self.base() + acting.knobs.len();
         let body = self.body_at(acting, at, changed)?;
-        let rows = march(timeline, &body, modulus, &groups, &effects)?;
+        let rows = march(timeline, &body, modulus, &groups, &effects, fitted)?;
         let turn = camera(&effects);
         let extra = match &effects.large {
             Some(large) => {

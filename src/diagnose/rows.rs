@@ -205,16 +205,11 @@ impl Model<'_> {
         let Marched { body, fitted, .. } = marched;
         let fitted = *fitted;
         let [a, b] = rows.map(|row| &marched.rows.loads[row]);
-        let load = DVector::from_fn(a.len(), |i, _| between(a[i], b[i], s));
-        // Loads with their derivatives → displacements with theirs: one product.
-        let mut columns = DMatrix::zeros(load.len(), fitted + 1);
-        for (i, l) in load.iter().enumerate() {
-            columns[(i, 0)] = l.re;
-            let slope = gradient(l, fitted);
-            for j in 0..fitted {
-                columns[(i, 1 + j)] = slope[j];
-            }
+        let (mut columns, apart) = (a * (1.0 - s.re) + b * s.re, b.column(0) - a.column(0));
+        for (p, by) in gradient(&s, fitted).iter().enumerate() {
+            columns.column_mut(1 + p).axpy(*by, &apart, 1.0);
         }
+        // Loads with their derivatives → displacements with theirs: one product.
         let mut u = &body.markers.value * &columns;
         for (p, change) in &body.markers.by {
             let mut column = u.column_mut(1 + p);

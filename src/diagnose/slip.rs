@@ -21,7 +21,11 @@ const TURNS: usize = 12;
 
 /// What the tip lets go of its path: along two axes in the surface and, where it has come off, into it. `firm`: its force along these axes
 /// if it held on; `stiffness`: by its path along them. `None` where no slip obeys the law.
-pub(super) fn let_go(firm: &[Dual; 3], stiffness: &[[Dual; 3]; 3], friction: Dual) -> Option<[Dual; 3]> {
+pub(super) fn let_go<const N: usize>(
+    firm: &[Dual<N>; 3],
+    stiffness: &[[Dual<N>; 3]; 3],
+    friction: Dual<N>,
+) -> Option<[Dual<N>; 3]> {
     let law = Law {
         firm: firm.map(|f| f.re),
         stiffness: stiffness.map(|row| row.map(|k| k.re)),

@@ -212,8 +212,8 @@ fn pulled(model: &Model<'_>, current: &Fitted) -> Vec<[f64; 3]> {
         let loads = marched.rows.loads.iter().filter(|load| !load.is_empty());
         loads
             .map(|load| {
-                let along = |i: usize| -load[i].re * direction[(i - first_disc) % 3];
-                (first_disc..load.len()).map(along).sum::<f64>().max(0.0)
+                let along = |i: usize| -load[(i, 0)] * direction[(i - first_disc) % 3];
+                (first_disc..load.nrows()).map(along).sum::<f64>().max(0.0)
             })
             .sum()
     };

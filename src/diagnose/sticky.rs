@@ -4,21 +4,28 @@
 //! No entry of the catalogue says so, but a restraint with memory can stand in for it: both pull less on the way back. So it is looked for with
 //! the entries, and what is explained best with it is called unexplained.
 
-use super::dual::Dual;
+use super::dual::{Dual, MOST, resized};
 use super::model::Model;
 use super::refit::Fitted;
 use crate::geometry::Vec3;
-use nalgebra::DVector;
+use nalgebra::DMatrix;
 use num_dual::DualNum;
 
 /// What drags beside springs of stiffness `k`: a disc at `u` with its slider at `s` is also pulled by `−r k (u − s)`, and `s` follows so that
 /// `|u − s|` is at most the slip.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sticky {
+pub(super) struct Sticky<const N: usize = MOST> {
     /// Stiffness in series with the sliders, over that of the springs.
-    pub ratio: Dual,
+    pub ratio: Dual<N>,
     /// By so much it is stretched before they slide (m, above 0).
-    pub slip_m: Dual,
+    pub slip_m: Dual<N>,
+}
+
+impl Sticky {
+    /// With derivatives by the first `N` parameters.
+    pub(super) fn resized<const N: usize>(&self) -> Sticky<N> {
+        Sticky { ratio: resized(&self.ratio), slip_m: resized(&self.slip_m) }
+    }
 }
 
 /// A restraint that slips sooner (m) is glue.
@@ -28,27 +35,27 @@ pub(super) const SMALLEST_SLIP_M: f64 = 1e-6;
 const SAME: f64 = 1e-6;
 
 /// The sliders of all discs of one group.
-pub(super) struct Sliders {
+pub(super) struct Sliders<const N: usize> {
     /// Stiffness in series (N/m) and slip (m); none where nothing drags.
-    law: Option<(Dual, Dual)>,
+    law: Option<(Dual<N>, Dual<N>)>,
     /// Where they are (m).
-    at: Vec<[Dual; 3]>,
+    at: Vec<[Dual<N>; 3]>,
     /// Those that slide at this row, or are expected to.
-    slides: Vec<Option<Slide>>,
+    slides: Vec<Option<Slide<N>>>,
 }
 
 /// One that slides.
 #[derive(Debug, Clone, Copy)]
-struct Slide {
+struct Slide<const N: usize> {
     /// Where to: a unit vector.
-    along: [Dual; 3],
+    along: [Dual<N>; 3],
     /// From where it is to where the disc is (m).
-    stretch_m: Dual,
+    stretch_m: Dual<N>,
 }
 
-impl Sliders {
+impl<const N: usize> Sliders<N> {
     /// At rest, beside springs of so much (N/m).
-    pub(super) fn new(sticky: Option<Sticky>, stiffness: Dual, discs: usize) -> Self {
+    pub(super) fn new(sticky: Option<Sticky<N>>, stiffness: Dual<N>, discs: usize) -> Self {
         let discs = if sticky.is_some() { discs } else { 0 };
         let law = sticky.map(|sticky| (sticky.ratio * stiffness, sticky.slip_m));
         Self { law, at: vec![[Dual::from(0.0); 3]; discs], slides: vec![None; discs] }
@@ -56,17 +63,17 @@ impl Sliders {
 
     /// What the matrix of a row depends on: whether each slides, and where to.
     pub(super) fn state(&self) -> impl Iterator<Item = Option<[f64; 4]>> + '_ {
-        let state = |s: &Slide| [s.along[0].re, s.along[1].re, s.along[2].re, s.stretch_m.re];
+        let state = |s: &Slide<N>| [s.along[0].re, s.along[1].re, s.along[2].re, s.stretch_m.re];
         self.slides.iter().map(move |slide| slide.as_ref().map(state))
     }
 
     /// What they add to the law `−K u + p` of the n-th disc, a slider's about where it was last turned to (Newton's step of the return along
     /// the stretch, Simo and Hughes 1998, section 3.3).
-    pub(super) fn pull(&self, n: usize) -> ([[Dual; 3]; 3], [Dual; 3]) {
+    pub(super) fn pull(&self, n: usize) -> ([[Dual<N>; 3]; 3], [Dual<N>; 3]) {
         let none = Dual::from(0.0);
         let Some((stiffness, slip)) = self.law else { return ([[none; 3]; 3], [none; 3]) };
         let at = self.at[n];
-        let by = |entry: &dyn Fn(usize, usize) -> Dual| -> [[Dual; 3]; 3] {
+        let by = |entry: &dyn Fn(usize, usize) -> Dual<N>| -> [[Dual<N>; 3]; 3] {
             std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
         };
         let one = |i: usize, j: usize| Dual::from(if i == j { 1.0 } else { 0.0 });
@@ -78,17 +85,17 @@ impl Sliders {
                 (k, along.map(|a| stiffness * slip * a))
             }
         };
-        let p = std::array::from_fn(|i| (0..3).map(|j| k[i][j] * at[j]).sum::<Dual>() - force[i]);
+        let p = std::array::from_fn(|i| (0..3).map(|j| k[i][j] * at[j]).sum::<Dual<N>>() - force[i]);
         (k, p)
     }
 
     /// Which of them slide, and where to, if the discs are displaced by `u` at this row: whether that is news.
-    pub(super) fn turn(&mut self, u: &[Dual]) -> bool {
+    pub(super) fn turn(&mut self, u: &[Dual<N>]) -> bool {
         let Some((_, slip)) = self.law else { return false };
         let mut news = false;
         for (n, slide) in self.slides.iter_mut().enumerate() {
-            let stretch: [Dual; 3] = std::array::from_fn(|i| u[3 * n + i] - self.at[n][i]);
-            let squared: Dual = stretch.iter().map(|s| *s * *s).sum();
+            let stretch: [Dual<N>; 3] = std::array::from_fn(|i| u[3 * n + i] - self.at[n][i]);
+            let squared: Dual<N> = stretch.iter().map(|s| *s * *s).sum();
             let next = (squared.re > slip.re * slip.re).then(|| {
                 let stretch_m = squared.sqrt();
                 Slide { along: stretch.map(|s| s / stretch_m), stretch_m }
@@ -104,7 +111,7 @@ impl Sliders {
     }
 
     /// Goes on to displacements `u`, for which they were turned: what slides stays as far behind as it stretches, and is expected to slide on.
-    pub(super) fn advance(&mut self, u: &[Dual]) {
+    pub(super) fn advance(&mut self, u: &[Dual<N>]) {
         let Some((_, slip)) = self.law else { return };
         for (n, slide) in self.slides.iter().enumerate() {
             if let Some(Slide { along, .. }) = slide {
@@ -121,9 +128,9 @@ impl Model<'_> {
         let modulus = fitted.at[0].exp();
         let stiffness = self.disc_stiffness(&fitted.acting, &fitted.at);
         let first = 3 * self.body.sites;
-        let at_a_row = |load: &DVector<Dual>| {
+        let at_a_row = |load: &DMatrix<f64>| {
             let disc = |(d, k): (usize, &Dual)| {
-                let pull = Vec3::from_fn(|i, _| load[first + 3 * d + i].re * modulus);
+                let pull = Vec3::from_fn(|i, _| load[(first + 3 * d + i, 0)] * modulus);
                 if k.re > 0.0 { pull.norm() / k.re } else { 0.0 }
             };
             stiffness.iter().enumerate().map(disc).fold(0.0, f64::max)
@@ -172,14 +179,14 @@ mod tests {
             assert!(sliders.state().all(|state| state.is_some() == slides), "{way_mm}");
             sliders.advance(&u);
         }
-        assert_eq!(Sliders::new(None, Dual::from(1.0), 4).pull(0).1, [Dual::from(0.0); 3]);
+        assert_eq!(Sliders::<1>::new(None, Dual::from(1.0), 4).pull(0).1, [Dual::from(0.0); 3]);
     }
 
     /// A slider that follows along x and is then pulled aside: the law is the tangent of the force at the stretch that it was turned to.
     #[test]
     fn a_slider_that_turns_has_the_tangent_of_its_force() {
         let (stiffness, slip) = (50.0, 2e-4);
-        let sticky = Sticky { ratio: Dual::from(0.5), slip_m: Dual::from(slip) };
+        let sticky: Sticky = Sticky { ratio: Dual::from(0.5), slip_m: Dual::from(slip) };
         let mut sliders = Sliders::new(Some(sticky), Dual::from(100.0), 1);
         let dual = |u: Vec3| [0, 1, 2].map(|i| Dual::from(u[i]));
         let out = Vec3::new(1e-3, 0.0, 0.0);

@@ -7,19 +7,19 @@ use super::track::Touch;
 /// The tip behind its stage. Play acts along the poke: the tip follows the report on approach only after its full width,
 /// and again at reversal; a late contact takes its gap off the depth.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Play {
-    follows: Dual,
+pub(super) struct Play<const N: usize> {
+    follows: Dual<N>,
 }
 
-impl Default for Play {
+impl<const N: usize> Default for Play<N> {
     fn default() -> Self {
         Self { follows: Dual::from(0.0) }
     }
 }
 
-impl Play {
+impl<const N: usize> Play<N> {
     /// Displacement of the tip at the next row (m).
-    pub(super) fn follow(&mut self, touch: &Touch, effects: &Effects) -> [Dual; 3] {
+    pub(super) fn follow(&mut self, touch: &Touch, effects: &Effects<N>) -> [Dual<N>; 3] {
         let along = touch.direction;
         let reported = touch.reported_m.dot(&along);
         let depth = Dual::from(reported);
