@@ -51,8 +51,8 @@ const STEPS_PER_S: f64 = 1e9;
 /// Time (s) before the first row at which everything was at rest.
 const FIRST_STEP_S: f64 = 0.02;
 
-/// Marches through all rows of the recording from rest, with derivatives by the first `fitted` parameters, of which all others are
-/// independent; between pokes nothing holds the surface. `None` when a row's system is singular.
+/// Marches through all rows of the recording from rest, with derivatives by the first `fitted` parameters, beyond which nothing
+/// may depend on any; between pokes nothing holds the surface. `None` when a row's system is singular.
 pub(super) fn march(
     timeline: &Timeline,
     body: &Body,
