@@ -246,6 +246,42 @@ mod tests {
     use crate::track::tests::random::Noise;
     use crate::track::tests::render::{Brush, Canvas, ellipse};
 
+    /// The matrix is the sum over pixels, and what a centre may have been moved by light has the covariance that a fit which frees the
+    /// light has besides: of a tilted ellipse, where both slopes and both axes hang together.
+    #[test]
+    fn light_costs_the_covariance_of_a_fit_that_frees_it() {
+        let mut canvas = Canvas::new(41, 41, |_, _| 30.0);
+        canvas.add(&ellipse([20.3, 19.8], [9.0, 3.5], 0.5), &Brush::new(0.8), 150.0);
+        let pixels = canvas.expose(2.0, &mut Noise::seeded(2));
+        let view = GreyView::new(41, 41, 41, &pixels).expect("a picture");
+        let moments = Matrix2::new(16.3, 7.2, 7.2, 7.0);
+        let start = BlurredDisc::from_moments(Vector2::new(20.0, 20.0), moments, 150.0, 0.9, 30.0);
+        let start = start.expect("a disc");
+        let mut window = Window::default();
+        window.gather(&view, &start, 5.0);
+        let disc = fit(&window, start).expect("a dot").disc;
+        let mut normal = Extended::zeros();
+        let equations = assemble::<TERMS>(&window, &disc, Some(&mut normal));
+        let factor = damped(&normal, 0.0, false).cholesky().expect("a dot");
+        let (_, light) = light_shift(&normal, &equations, &factor).expect("slopes");
+        normal.fill_upper_triangle_with_lower_triangle();
+        let near = disc.near(window.origin);
+        let mut by_pixel = Extended::zeros();
+        for at in window.samples().map(|sample| sample.at - window.origin) {
+            let seen = near.see(f32x8::splat(at.x as f32), f32x8::splat(at.y as f32));
+            let slopes = SVector::<f64, TERMS>::from_fn(|i, _| f64::from(seen.gradient[i].to_array()[0]));
+            by_pixel += slopes * slopes.transpose();
+        }
+        for (i, j) in (0..TERMS).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+            let size = (by_pixel[(i, i)] * by_pixel[(j, j)]).sqrt();
+            assert!((normal[(i, j)] - by_pixel[(i, j)]).abs() < 1e-5 * size, "{i} {j}");
+        }
+        let freed = normal.try_inverse().expect("a dot");
+        let more = freed.fixed_view::<2, 2>(0, 0) - bound(&window, &disc);
+        assert!((light - more).norm() < 1e-5 * more.norm(), "{light} {more}");
+        assert!(more[(0, 1)].abs() > 0.02 * more.norm(), "{more}");
+    }
+
     /// Fitted again from where it ended, a dot stays within a fifth of a standard deviation: whatever it began with, how blurred it is, how
     /// light falls on it. Its variance is that of where it ended to a fifth, as the last matrix may be that of two steps before.
     #[test]

@@ -155,28 +155,30 @@ mod tests {
     use super::*;
     use crate::track::tests::random::Noise;
 
-    /// Runs are what lies above the levels, pixel by pixel, and no two of them touch; in a picture that no block divides.
+    /// Runs are what lies above the levels, pixel by pixel, and no two of them touch; in pictures that no block divides.
     #[test]
     fn runs_hold_what_lies_above_the_levels() {
         let (width, height) = (77_usize, 53_usize);
         let mut random = Noise::seeded(5);
-        let pixels: Vec<u8> =
-            (0..width * height).map(|_| if random.uniform() < 0.3 { 180 } else { 20 }).collect();
-        let view = GreyView::new(width, height, width, &pixels).expect("a picture");
-        let levels = Levels::of(&view, 4.0, 2.0, 6.0);
-        let mut above = vec![false; width * height];
-        let runs = runs_above(&view, &levels);
-        for run in &runs {
-            assert!(run.from < run.to);
-            (run.from..run.to).for_each(|x| above[run.y as usize * width + x as usize] = true);
+        for density in [0.3, 0.6, 0.8] {
+            let pixels: Vec<u8> =
+                (0..width * height).map(|_| if random.uniform() < density { 180 } else { 20 }).collect();
+            let view = GreyView::new(width, height, width, &pixels).expect("a picture");
+            let levels = Levels::of(&view, 4.0, 2.0, 6.0);
+            let mut above = vec![false; width * height];
+            let runs = runs_above(&view, &levels);
+            for run in &runs {
+                assert!(run.from < run.to);
+                (run.from..run.to).for_each(|x| above[run.y as usize * width + x as usize] = true);
+            }
+            for (i, (&above, &p)) in above.iter().zip(&pixels).enumerate() {
+                assert_eq!(above, p > levels.at(i % width, i / width), "{density} {i}");
+            }
+            for pair in runs.windows(2) {
+                assert!(pair[0].y < pair[1].y || (pair[0].y == pair[1].y && pair[0].to < pair[1].from));
+            }
+            assert!(runs.len() > 400, "{}", runs.len());
         }
-        for (i, (&above, &p)) in above.iter().zip(&pixels).enumerate() {
-            assert_eq!(above, p > levels.at(i % width, i / width), "{i}");
-        }
-        for pair in runs.windows(2) {
-            assert!(pair[0].y < pair[1].y || (pair[0].y == pair[1].y && pair[0].to < pair[1].from));
-        }
-        assert!(runs.len() > 400, "{}", runs.len());
     }
 
     /// A flood fill, which shares nothing with runs, must find the same components.
