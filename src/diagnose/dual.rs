@@ -26,6 +26,17 @@ pub(super) fn gradient<const N: usize>(value: &Dual<N>, count: usize) -> DVector
     DVector::from_fn(count, |i, _| all[i])
 }
 
+/// Values, then their derivatives by the first `count` parameters.
+pub(super) fn columns<const N: usize>(values: &DVector<Dual<N>>, count: usize) -> DMatrix<f64> {
+    let mut columns = DMatrix::zeros(values.len(), 1 + count);
+    for (i, value) in values.iter().enumerate() {
+        columns[(i, 0)] = value.re;
+        let slopes = gradient(value, count);
+        (0..count).for_each(|p| columns[(i, 1 + p)] = slopes[p]);
+    }
+    columns
+}
+
 /// A value with these derivatives.
 pub(super) fn with_gradient<const N: usize>(value: f64, derivatives: &[(usize, f64)]) -> Dual<N> {
     let mut all = SVector::<f64, N>::zeros();

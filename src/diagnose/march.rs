@@ -8,7 +8,7 @@
 
 use super::body::Body;
 use super::contact::{Compliance, Contact, Law, Spot, Tip, UnderTip};
-use super::dual::{Dual, DualSolver, MOST, gradient, resized};
+use super::dual::{Dual, DualSolver, MOST, columns, resized};
 use super::effects::Effects;
 use super::extra::Depth;
 use super::memory::Memory;
@@ -51,218 +51,213 @@ const STEPS_PER_S: f64 = 1e9;
 /// Time (s) before the first row at which everything was at rest.
 const FIRST_STEP_S: f64 = 0.02;
 
-/// Marches through all rows of the recording from rest, with derivatives by the first `fitted` parameters, beyond which nothing
-/// may depend on any; between pokes nothing holds the surface. `None` when a row's system is singular.
-pub(super) fn march(
-    timeline: &Timeline,
-    body: &Body,
-    modulus: Dual,
-    groups: &[Group],
-    effects: &Effects,
-    fitted: usize,
-) -> Option<March> {
-    // Most of what it costs is to carry derivatives along.
-    match fitted {
-        0..=FEW => march_with::<FEW>(timeline, body, modulus, groups, effects, fitted),
-        _ if fitted <= SOME => march_with::<SOME>(timeline, body, modulus, groups, effects, fitted),
-        _ => march_with::<MOST>(timeline, body, modulus, groups, effects, fitted),
-    }
+/// What is marched through, and what acts.
+pub(super) struct Marching<'a> {
+    /// All rows of the recording.
+    pub timeline: &'a Timeline,
+    /// The body.
+    pub body: &'a Body,
+    /// Its modulus (Pa).
+    pub modulus: Dual,
+    /// Its restraint.
+    pub groups: &'a [Group],
+    /// Everything else.
+    pub effects: &'a Effects,
+    /// So many parameters are differentiated by, the first ones; nothing may depend on any beyond.
+    pub fitted: usize,
 }
 
-fn march_with<const N: usize>(
-    timeline: &Timeline,
-    body: &Body,
-    modulus: Dual,
-    groups: &[Group],
-    effects: &Effects,
-    fitted: usize,
-) -> Option<March> {
-    let (modulus, effects) = (resized(&modulus), &effects.resized::<N>());
-    let stiffness = |group: &Group| resized(&group.stiffness);
-    let groups = groups.iter().map(|group| Group { discs: group.discs.clone(), stiffness: stiffness(group) });
-    let groups: &[Group<N>] = &groups.collect::<Vec<_>>();
-    let (tips, discs) = (3 * body.sites, body.discs_discs.value.nrows());
-    let compliance =
-        Compliance { a: body.tips_tips.dual(), b: body.discs_tips.dual(), d: body.discs_discs.dual() };
-    let mut surface = Memory::new(modulus, &effects.relaxation, tips + discs);
-    let mut loaded = Memory::new(modulus, &effects.relaxation, tips + discs);
-    let mut bands: Vec<Memory<N>> = groups
-        .iter()
-        .zip(&effects.bands)
-        .map(|(group, band)| Memory::new(group.stiffness, &band.memory, 3 * group.discs.len()))
-        .collect();
-    let mut sliders: Vec<Sliders<N>> = groups
-        .iter()
-        .zip(&effects.bands)
-        .map(|(group, band)| {
-            Sliders::new(band.sticky.filter(|_| band.slack.is_none()), group.stiffness, group.discs.len())
-        })
-        .collect();
-    let mut kept: Option<(Key, DualSolver, Vec<DVector<Dual<N>>>)> = None;
-    let mut under_tip: Vec<UnderTip<N>> = Vec::new();
-    let mut state = Contact { at: None, pulling: vec![true; groups.len()] };
-    let mut slid = [Dual::from(0.0); 3];
-    let mut play = Play::default();
-    let mut out = March { force: Vec::new(), loads: Vec::new(), depth: Vec::new() };
-    let none = Depth { now: Dual::from(0.0), deepest: Dual::from(0.0) };
-    let before_m = |site: usize| timeline.deepest_m.get(site).copied().unwrap_or(0.0);
-    let mut deepest: Vec<Dual<N>> = (0..body.sites).map(|site| Dual::from(before_m(site))).collect();
-    let mut before_s = timeline.rows.first().map_or(0.0, |row| row.time_s) - FIRST_STEP_S;
-    // Without a clock in any law a row's answer is in proportion to the path of the tip.
-    let ages = effects.drying_per_s.re != 0.0 || effects.drying_per_s.eps.0.is_some();
-    let remembers = effects.remember();
-    for row in &timeline.rows {
-        if row.contact.is_none() && !remembers {
-            // Nothing moves and nothing is remembered.
-            out.force.push([Dual::from(0.0); 3]);
-            out.loads.push(DMatrix::zeros(0, 1 + fitted));
-            out.depth.push(none);
-            continue;
+impl Marching<'_> {
+    /// From rest; between pokes nothing holds the surface. `None` when a row's system is singular.
+    pub(super) fn march(&self) -> Option<March> {
+        // Most of what it costs is to carry derivatives along.
+        match self.fitted {
+            0..=FEW => self.carrying::<FEW>(),
+            _ if self.fitted <= SOME => self.carrying::<SOME>(),
+            _ => self.carrying::<MOST>(),
         }
-        // Equal steps differ in their last place, and what a row's matrix depends on would with them.
-        let dt = ((row.time_s - before_s) * STEPS_PER_S).round().max(1.0) / STEPS_PER_S;
-        before_s = row.time_s;
-        let age = effects.drying_per_s * row.time_s + 1.0;
-        let (e, past) = surface.step(dt, age);
-        let own: Vec<(Dual<N>, DVector<Dual<N>>)> =
-            bands.iter_mut().map(|band| band.step(dt, Dual::from(1.0))).collect();
-        let at = row.contact.as_ref().map(|touch| Spot { site: touch.site, direction: touch.direction });
-        if state.at != at || row.first {
-            slid = [Dual::from(0.0); 3];
-            play = Play::default();
-        }
-        state = Contact { at, ..state };
-        let tip = at
-            .zip(row.contact.as_ref())
-            .map(|(at, touch)| (Tip { at, inward: touch.inward, effects }, play.follow(touch, effects)));
-        let mut solved: Option<Solved<N>> = None;
-        for _ in 0..ROUNDS {
-            let law = Law::new(discs, groups, &effects.bands, &own, &state.pulling, &sliders);
-            let path = tip.as_ref().map(|(tip, path)| {
-                (tip, DVector::from_fn(3, |i, _| e * (path[i] - slid[i]) + past[3 * tip.at.site + i]))
-            });
-            let (mut x, by_path) = match path {
-                Some((tip, path)) if !remembers && !ages => {
-                    let alike = |known: &&UnderTip<N>| known.at == tip.at && known.pulling == state.pulling;
-                    let known = match under_tip.iter().position(|known| alike(&known)) {
-                        Some(known) => known,
-                        None => {
-                            under_tip.push(UnderTip::new(&compliance, &law, e, tip, &state.pulling)?);
-                            under_tip.len() - 1
-                        }
-                    };
-                    let known = &under_tip[known];
-                    (known.answer(&path)?, &known.by_path)
-                }
-                path => {
-                    let key = Key {
-                        e: e.re,
-                        age_s: ages.then_some(row.time_s),
-                        own: own.iter().map(|(k, _)| k.re).collect(),
-                        state: state.clone(),
-                        sliders: sliders.iter().flat_map(Sliders::state).collect(),
-                    };
-                    if kept.as_ref().is_none_or(|(known, ..)| *known != key) {
-                        let matrix = compliance.matrix(&law, e, tip.as_ref().map(|(tip, _)| tip));
-                        let solver = DualSolver::new(&matrix)?;
-                        let paths = tip.as_ref().map_or_else(Vec::new, |(tip, _)| tip.paths(e));
-                        let alone = |path: DVector<Dual<N>>| {
-                            solver.solve(&path.resize_vertically(3 + discs, Dual::from(0.0)))
+    }
+
+    fn carrying<const N: usize>(&self) -> Option<March> {
+        let Self { timeline, body, .. } = *self;
+        let (modulus, effects) = (resized(&self.modulus), &self.effects.resized::<N>());
+        let stiffness = |group: &Group| resized(&group.stiffness);
+        let groups =
+            self.groups.iter().map(|group| Group { discs: group.discs.clone(), stiffness: stiffness(group) });
+        let groups: &[Group<N>] = &groups.collect::<Vec<_>>();
+        let (tips, discs) = (3 * body.sites, body.discs_discs.value.nrows());
+        let compliance =
+            Compliance { a: body.tips_tips.dual(), b: body.discs_tips.dual(), d: body.discs_discs.dual() };
+        let mut surface = Memory::new(modulus, &effects.relaxation, tips + discs);
+        let mut loaded = Memory::new(modulus, &effects.relaxation, tips + discs);
+        let mut bands: Vec<Memory<N>> = groups
+            .iter()
+            .zip(&effects.bands)
+            .map(|(group, band)| Memory::new(group.stiffness, &band.memory, 3 * group.discs.len()))
+            .collect();
+        let mut sliders: Vec<Sliders<N>> = groups
+            .iter()
+            .zip(&effects.bands)
+            .map(|(group, band)| {
+                Sliders::new(band.sticky.filter(|_| band.slack.is_none()), group.stiffness, group.discs.len())
+            })
+            .collect();
+        let mut kept: Option<(Key, DualSolver, Vec<DVector<Dual<N>>>)> = None;
+        let mut under_tip: Vec<UnderTip<N>> = Vec::new();
+        let mut state = Contact { at: None, pulling: vec![true; groups.len()] };
+        let mut slid = [Dual::from(0.0); 3];
+        let mut play = Play::default();
+        let mut out = March { force: Vec::new(), loads: Vec::new(), depth: Vec::new() };
+        let none = Depth { now: Dual::from(0.0), deepest: Dual::from(0.0) };
+        let before_m = |site: usize| timeline.deepest_m.get(site).copied().unwrap_or(0.0);
+        let mut deepest: Vec<Dual<N>> = (0..body.sites).map(|site| Dual::from(before_m(site))).collect();
+        let mut before_s = timeline.rows.first().map_or(0.0, |row| row.time_s) - FIRST_STEP_S;
+        // Without a clock in any law a row's answer is in proportion to the path of the tip.
+        let ages = effects.drying_per_s.re != 0.0 || effects.drying_per_s.eps.0.is_some();
+        let remembers = effects.remember();
+        for row in &timeline.rows {
+            if row.contact.is_none() && !remembers {
+                // Nothing moves and nothing is remembered.
+                out.force.push([Dual::from(0.0); 3]);
+                out.loads.push(DMatrix::zeros(0, 1 + self.fitted));
+                out.depth.push(none);
+                continue;
+            }
+            // Equal steps differ in their last place, and what a row's matrix depends on would with them.
+            let dt = ((row.time_s - before_s) * STEPS_PER_S).round().max(1.0) / STEPS_PER_S;
+            before_s = row.time_s;
+            let age = effects.drying_per_s * row.time_s + 1.0;
+            let (e, past) = surface.step(dt, age);
+            let own: Vec<(Dual<N>, DVector<Dual<N>>)> =
+                bands.iter_mut().map(|band| band.step(dt, Dual::from(1.0))).collect();
+            let at = row.contact.as_ref().map(|touch| Spot { site: touch.site, direction: touch.direction });
+            if state.at != at || row.first {
+                slid = [Dual::from(0.0); 3];
+                play = Play::default();
+            }
+            state = Contact { at, ..state };
+            let tip = at
+                .zip(row.contact.as_ref())
+                .map(|(at, touch)| (Tip { at, inward: touch.inward, effects }, play.follow(touch, effects)));
+            let mut solved: Option<Solved<N>> = None;
+            for _ in 0..ROUNDS {
+                let law = Law::new(discs, groups, &effects.bands, &own, &state.pulling, &sliders);
+                let path = tip.as_ref().map(|(tip, path)| {
+                    (tip, DVector::from_fn(3, |i, _| e * (path[i] - slid[i]) + past[3 * tip.at.site + i]))
+                });
+                let (mut x, by_path) = match path {
+                    Some((tip, path)) if !remembers && !ages => {
+                        let alike =
+                            |known: &&UnderTip<N>| known.at == tip.at && known.pulling == state.pulling;
+                        let known = match under_tip.iter().position(|known| alike(&known)) {
+                            Some(known) => known,
+                            None => {
+                                under_tip.push(UnderTip::new(&compliance, &law, e, tip, &state.pulling)?);
+                                under_tip.len() - 1
+                            }
                         };
-                        let by_path = paths.into_iter().map(alone).collect::<Option<_>>()?;
-                        kept = Some((key, solver, by_path));
+                        let known = &under_tip[known];
+                        (known.answer(&path)?, &known.by_path)
                     }
-                    let past = past.rows(tips, discs).into_owned();
-                    let (_, solver, by_path) = kept.as_ref()?;
-                    (solver.solve(&compliance.right(&law, &past, path))?, by_path)
+                    path => {
+                        let key = Key {
+                            e: e.re,
+                            age_s: ages.then_some(row.time_s),
+                            own: own.iter().map(|(k, _)| k.re).collect(),
+                            state: state.clone(),
+                            sliders: sliders.iter().flat_map(Sliders::state).collect(),
+                        };
+                        if kept.as_ref().is_none_or(|(known, ..)| *known != key) {
+                            let matrix = compliance.matrix(&law, e, tip.as_ref().map(|(tip, _)| tip));
+                            let solver = DualSolver::new(&matrix)?;
+                            let paths = tip.as_ref().map_or_else(Vec::new, |(tip, _)| tip.paths(e));
+                            let alone = |path: DVector<Dual<N>>| {
+                                solver.solve(&path.resize_vertically(3 + discs, Dual::from(0.0)))
+                            };
+                            let by_path = paths.into_iter().map(alone).collect::<Option<_>>()?;
+                            kept = Some((key, solver, by_path));
+                        }
+                        let past = past.rows(tips, discs).into_owned();
+                        let (_, solver, by_path) = kept.as_ref()?;
+                        (solver.solve(&compliance.right(&law, &past, path))?, by_path)
+                    }
+                };
+                let gone = match &tip {
+                    Some((tip, _)) => tip.rub(&mut x, by_path)?,
+                    None => [Dual::from(0.0); 3],
+                };
+                let u = x.rows(x.len() - discs, discs).into_owned();
+                let next = Contact { at: state.at, pulling: still_pulling(groups, effects, &own, &u) };
+                let q = tip.as_ref().map_or([Dual::from(0.0); 3], |_| [x[0], x[1], x[2]]);
+                solved = Some(Solved { f: law.forces(&u), q, u, gone, pulling: state.pulling.clone() });
+                let of = |group: &Group<N>| 3 * group.discs.start..3 * group.discs.end;
+                let u = &solved.as_ref()?.u;
+                let mut news = next != state;
+                for (group, sliders) in groups.iter().zip(&mut sliders) {
+                    news |= sliders.turn(&u.as_slice()[of(group)]);
                 }
-            };
-            let gone = match &tip {
-                Some((tip, _)) => tip.rub(&mut x, by_path)?,
-                None => [Dual::from(0.0); 3],
-            };
-            let u = x.rows(x.len() - discs, discs).into_owned();
-            let next = Contact { at: state.at, pulling: still_pulling(groups, effects, &own, &u) };
-            let q = tip.as_ref().map_or([Dual::from(0.0); 3], |_| [x[0], x[1], x[2]]);
-            solved = Some(Solved { f: law.forces(&u), q, u, gone, pulling: state.pulling.clone() });
-            let of = |group: &Group<N>| 3 * group.discs.start..3 * group.discs.end;
-            let u = &solved.as_ref()?.u;
-            let mut news = next != state;
-            for (group, sliders) in groups.iter().zip(&mut sliders) {
-                news |= sliders.turn(&u.as_slice()[of(group)]);
-            }
-            if !news {
-                break;
-            }
-            state = next;
-        }
-        let Solved { q, f, u, gone, pulling } = solved?;
-        // How the surface moved under the tips follows from the forces: under all of them where it is remembered.
-        let mut moved = DVector::from_element(tips + discs, Dual::from(0.0));
-        let under = if remembers { tips } else { 0 };
-        for i in 0..under {
-            let by_discs: Dual<N> = (0..discs).map(|j| compliance.b[(j, i)] * f[j]).sum();
-            let by_tip: Dual<N> = at.map_or(Dual::from(0.0), |Spot { site, .. }| {
-                (0..3).map(|j| compliance.a[(i, 3 * site + j)] * q[j]).sum()
-            });
-            moved[i] = (by_tip + by_discs - past[i]) / e;
-        }
-        moved.rows_mut(tips, discs).copy_from(&u);
-        if let Some((tip, _)) = &tip {
-            // What it let go of along the surface it does not get back; into it, it may press again.
-            let into: Dual<N> = (0..3).map(|i| gone[i] * tip.inward[i]).sum();
-            slid = std::array::from_fn(|i| slid[i] + gone[i] - into * tip.inward[i]);
-        }
-        let (loads_e, loads_h) = loaded.step(dt, age);
-        let per_modulus = Dual::from(1.0) / loads_e;
-        let load = DVector::from_fn(tips + discs, |i, _| {
-            let applied = match (i.checked_sub(tips), at) {
-                (Some(disc), _) => f[disc],
-                (None, Some(Spot { site, .. })) if i / 3 == site => q[i % 3],
-                _ if !remembers => return Dual::from(0.0),
-                _ => Dual::from(0.0),
-            };
-            (applied - loads_h[i]) * per_modulus
-        });
-        surface.advance(moved);
-        loaded.advance(load.clone());
-        let past =
-            groups.iter().zip(&mut bands).zip(&mut sliders).zip(&effects.bands).zip(&own).zip(&pulling);
-        for (((((group, band), sliders), law), own), pulling) in past {
-            let u = &u.as_slice()[3 * group.discs.start..3 * group.discs.end];
-            sliders.advance(u);
-            band.advance(match &law.slack {
-                Some(slack) => slack.stretched(u, own, *pulling),
-                None => DVector::from_column_slice(u),
-            });
-        }
-        out.depth.push(match &tip {
-            Some((tip, path)) => {
-                let give = tip.stage_give(&q);
-                let now: Dual<N> = (0..3).map(|i| (path[i] - give[i]) * tip.at.direction[i]).sum();
-                let most = &mut deepest[tip.at.site];
-                if now > *most {
-                    *most = now;
+                if !news {
+                    break;
                 }
-                Depth { now: resized(&now), deepest: resized(most) }
+                state = next;
             }
-            None => none,
-        });
-        out.force.push([0, 1, 2].map(|i| resized(&q[i])));
-        out.loads.push(columns(&load, fitted));
+            let Solved { q, f, u, gone, pulling } = solved?;
+            // How the surface moved under the tips follows from the forces: under all of them where it is remembered.
+            let mut moved = DVector::from_element(tips + discs, Dual::from(0.0));
+            let under = if remembers { tips } else { 0 };
+            for i in 0..under {
+                let by_discs: Dual<N> = (0..discs).map(|j| compliance.b[(j, i)] * f[j]).sum();
+                let by_tip: Dual<N> = at.map_or(Dual::from(0.0), |Spot { site, .. }| {
+                    (0..3).map(|j| compliance.a[(i, 3 * site + j)] * q[j]).sum()
+                });
+                moved[i] = (by_tip + by_discs - past[i]) / e;
+            }
+            moved.rows_mut(tips, discs).copy_from(&u);
+            if let Some((tip, _)) = &tip {
+                // What it let go of along the surface it does not get back; into it, it may press again.
+                let into: Dual<N> = (0..3).map(|i| gone[i] * tip.inward[i]).sum();
+                slid = std::array::from_fn(|i| slid[i] + gone[i] - into * tip.inward[i]);
+            }
+            let (loads_e, loads_h) = loaded.step(dt, age);
+            let per_modulus = Dual::from(1.0) / loads_e;
+            let load = DVector::from_fn(tips + discs, |i, _| {
+                let applied = match (i.checked_sub(tips), at) {
+                    (Some(disc), _) => f[disc],
+                    (None, Some(Spot { site, .. })) if i / 3 == site => q[i % 3],
+                    _ if !remembers => return Dual::from(0.0),
+                    _ => Dual::from(0.0),
+                };
+                (applied - loads_h[i]) * per_modulus
+            });
+            surface.advance(moved);
+            loaded.advance(load.clone());
+            let past =
+                groups.iter().zip(&mut bands).zip(&mut sliders).zip(&effects.bands).zip(&own).zip(&pulling);
+            for (((((group, band), sliders), law), own), pulling) in past {
+                let u = &u.as_slice()[3 * group.discs.start..3 * group.discs.end];
+                sliders.advance(u);
+                band.advance(match &law.slack {
+                    Some(slack) => slack.stretched(u, own, *pulling),
+                    None => DVector::from_column_slice(u),
+                });
+            }
+            out.depth.push(match &tip {
+                Some((tip, path)) => {
+                    let give = tip.stage_give(&q);
+                    let now: Dual<N> = (0..3).map(|i| (path[i] - give[i]) * tip.at.direction[i]).sum();
+                    let most = &mut deepest[tip.at.site];
+                    if now > *most {
+                        *most = now;
+                    }
+                    Depth { now: resized(&now), deepest: resized(most) }
+                }
+                None => none,
+            });
+            out.force.push([0, 1, 2].map(|i| resized(&q[i])));
+            out.loads.push(columns(&load, self.fitted));
+        }
+        Some(out)
     }
-    Some(out)
-}
-
-/// Values, then derivatives by the first `fitted` parameters.
-fn columns<const N: usize>(load: &DVector<Dual<N>>, fitted: usize) -> DMatrix<f64> {
-    let mut columns = DMatrix::zeros(load.len(), 1 + fitted);
-    for (i, load) in load.iter().enumerate() {
-        columns[(i, 0)] = load.re;
-        let slopes = gradient(load, fitted);
-        (0..fitted).for_each(|p| columns[(i, 1 + p)] = slopes[p]);
-    }
-    columns
 }
 
 /// One row, solved.
@@ -329,11 +324,22 @@ mod tests {
         poke_to(direction, from_s, &[0.0, 1.0, 2.0])
     }
 
-    /// The disc is held by a band of 2 kN/m.
+    /// The disc is held by a band of this stiffness (N/m).
+    fn march(
+        rows: impl Iterator<Item = Row>,
+        body: &Body,
+        stiffness: Dual,
+        effects: &Effects,
+        fitted: usize,
+    ) -> March {
+        let timeline = &Timeline { rows: rows.collect(), deepest_m: Vec::new() };
+        let (groups, modulus) = (&[Group { discs: 0..1, stiffness }], Dual::from(1e4));
+        Marching { timeline, body, modulus, groups, effects, fitted }.march().expect("a march")
+    }
+
+    /// With a band of 2 kN/m.
     fn marched(rows: impl Iterator<Item = Row>, effects: &Effects) -> March {
-        let timeline = Timeline { rows: rows.collect(), deepest_m: Vec::new() };
-        let groups = [Group { discs: 0..1, stiffness: Dual::from(2e3) }];
-        march(&timeline, &body(), Dual::from(1e4), &groups, effects, 1).expect("a march")
+        march(rows, &body(), Dual::from(2e3), effects, 1)
     }
 
     /// Force of the tip at every row, with its derivative by the first parameter.
@@ -396,10 +402,7 @@ mod tests {
             effects.friction = friction.map(Dual::from);
             let term = |share| Term { relaxed_fraction: Dual::from(share), time_constant_s: Dual::from(0.1) };
             effects.relaxation.extend(relaxed.map(term));
-            let timeline =
-                Timeline { rows: poke_to(aslant, 0.1, &depths_mm).collect(), deepest_m: Vec::new() };
-            let groups = [Group { discs: 0..1, stiffness: Dual::from(2e3) }];
-            let marched = march(&timeline, &body, Dual::from(1e4), &groups, &effects, 0).expect("a march");
+            let marched = march(poke_to(aslant, 0.1, &depths_mm), &body, Dual::from(2e3), &effects, 0);
             // The band is pulled by what the tip still does: u = (q + 4 f)/E and f = −k u.
             for load in marched.loads.iter().filter(|_| relaxed.is_none()) {
                 for i in 0..3 {
@@ -466,11 +469,7 @@ mod tests {
         effects.relaxation.push(Term { relaxed_fraction, time_constant_s });
         effects.bands[0].sticky = Some(Sticky { ratio: variable(0.5, 3), slip_m: variable(1e-5, 4) });
         let rows = poke_to(Vec3::new(0.7, 0.3, -0.6), 0.1, &depths_mm);
-        let timeline = Timeline { rows: rows.collect(), deepest_m: Vec::new() };
-        let groups = [Group { discs: 0..1, stiffness: variable(2e3, 5) }];
-        let with = |fitted: usize| {
-            march(&timeline, &body(), Dual::from(1e4), &groups, &effects, fitted).expect("a march")
-        };
+        let with = |fitted: usize| march(rows.clone(), &body(), variable(2e3, 5), &effects, fitted);
         let few = with(FEW);
         for fitted in [SOME, MOST] {
             let more = with(fitted);

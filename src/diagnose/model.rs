@@ -14,7 +14,7 @@ use super::error::DiagnoseError;
 use super::extra::{Extra, Shelf};
 use super::knob::Knob;
 use super::known::{Changed, Known};
-use super::march::{Group, March, march};
+use super::march::{Group, March, Marching};
 use super::refit::Fitted;
 use super::registration::by_place;
 use super::rest::{Correlation, correlation, pauses};
@@ -361,7 +361,9 @@ impl<'a> Model<'a> {
         let groups = self.groups(acting, at);
         let fitted = self.base() + acting.knobs.len();
         let body = self.body_at(acting, at, changed)?;
-        let rows = march(timeline, &body, modulus, &groups, &effects, fitted)?;
+        let marching =
+            Marching { timeline, body: &body, modulus, groups: &groups, effects: &effects, fitted };
+        let rows = marching.march()?;
         let turn = camera(&effects);
         let extra = match &effects.large {
             Some(large) => {

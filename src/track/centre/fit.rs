@@ -171,8 +171,8 @@ fn damped(normal: &Extended, damping: f64, held: bool) -> Normal {
 
 /// Share of the pixels inside that are white.
 fn white_share(window: &Window, disc: &BlurredDisc) -> f64 {
-    let is_white = |eight: &Eight| eight.value.simd_ge(f32x8::splat(WHITE as f32));
-    if !window.eights().any(|eight| is_white(&eight).any()) {
+    let is_white = |eight: Eight| eight.value.simd_ge(f32x8::splat(WHITE as f32));
+    if !window.eights().any(|eight| is_white(eight).any()) {
         return 0.0;
     }
     let near = disc.near(window.origin);
@@ -180,7 +180,7 @@ fn white_share(window: &Window, disc: &BlurredDisc) -> f64 {
     for eight in window.eights() {
         let inside = near.distance(eight.x, eight.y).simd_gt(f32x8::ZERO).select(eight.there, f32x8::ZERO);
         all += inside;
-        white += is_white(&eight).select(inside, f32x8::ZERO);
+        white += is_white(eight).select(inside, f32x8::ZERO);
     }
     let [all, white] = [all, white].map(|sum| f64::from(sum.reduce_add()));
     if all > 0.0 { white / all } else { 0.0 }
@@ -199,8 +199,8 @@ fn conclude(
     let count = window.count() as f64;
     let mean =
         window.eights().fold(f32x8::ZERO, |sum, e| sum + e.value * e.there).reduce_add() / count as f32;
-    let off = |e: &Eight| (e.value - f32x8::splat(mean)) * e.there;
-    let total = f64::from(window.eights().fold(f32x8::ZERO, |sum, e| sum + off(&e) * off(&e)).reduce_add());
+    let off = |e: Eight| (e.value - f32x8::splat(mean)) * e.there;
+    let total = f64::from(window.eights().fold(f32x8::ZERO, |sum, e| sum + off(e) * off(e)).reduce_add());
     Some(Fitted {
         disc,
         light: light_shift(normal, equations, factor)?,

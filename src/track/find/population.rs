@@ -29,15 +29,13 @@ pub(super) fn keep_alike(dots: Vec<Dot>) -> Vec<Dot> {
         .into_iter()
         .filter(|d| d.border || d.blur_px.is_none_or(|b| d.quality >= QUALITY && b <= BLUR * d.radius_px()))
         .collect();
-    let centres: Vec<[f64; 2]> = dots.iter().map(|d| d.centre_px).collect();
     let mut nearest: Vec<(f64, usize)> = Vec::with_capacity(dots.len());
     let alike: Vec<bool> = (0..dots.len())
         .map(|i| {
             nearest.clear();
-            let [x, y] = dots[i].centre_px;
-            // Squares order as distances do.
-            let square = |&[a, b]: &[f64; 2]| (a - x) * (a - x) + (b - y) * (b - y);
-            nearest.extend(centres.iter().map(square).zip(0..).filter(|&(_, j)| j != i));
+            nearest.extend(
+                dots.iter().enumerate().filter(|&(j, _)| j != i).map(|(j, d)| (d.distance_px(&dots[i]), j)),
+            );
             if nearest.len() < LEAST_NEIGHBOURS {
                 return true;
             }
