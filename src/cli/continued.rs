@@ -328,6 +328,7 @@ mod tests {
         let reading = Reading {
             young_modulus_pa: Estimate { value: 1e4, sd: 1.0 },
             restraint_total_n_per_m: Estimate { value: 0.0, sd: 0.0 },
+            restraint: Vec::new(),
             chi2_per_dof: 1.0,
             held_out_chi2_per_dof: 1.0,
         };
@@ -361,7 +362,7 @@ mod tests {
             },
             parameters: Vec::new(),
             candidates: Vec::new(),
-            baseline: reading,
+            baseline: reading.clone(),
             extended: reading,
             next_poke: more.then_some(NextPoke { why, separates: Vec::new(), poke }),
             curves: Vec::new(),

@@ -170,16 +170,31 @@ pub struct Candidate {
 }
 
 /// How well a model explains the recording.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// Equilibrium Young's modulus (Pa).
     pub young_modulus_pa: Estimate,
     /// Total stiffness of the springs found (N/m).
     pub restraint_total_n_per_m: Estimate,
+    /// Where restraint acts.
+    pub restraint: Vec<Restrained>,
     /// Sum of squares per reading, less the fitted parameters.
     pub chi2_per_dof: f64,
     /// Sum of squares per reading of pokes predicted by a fit to the others.
     pub held_out_chi2_per_dof: f64,
+}
+
+/// A patch of restraint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Restrained {
+    /// Centre (m).
+    pub centroid_m: Vec3,
+    /// One standard deviation of the centre along x, y, z (m); 0 where it was not refitted.
+    pub centroid_sd_m: Vec3,
+    /// Radius (m): of glue as it was found, of springs as it was assumed.
+    pub radius_m: f64,
+    /// Stiffness of the springs together (N/m); none of glue.
+    pub stiffness_n_per_m: Option<Estimate>,
 }
 
 /// A poke to do next.

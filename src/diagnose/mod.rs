@@ -58,6 +58,7 @@ mod plans;
 mod refit;
 mod registration;
 mod rest;
+mod restrained;
 mod rivals;
 mod rows;
 mod run;
@@ -81,7 +82,7 @@ mod why;
 pub use confidence::MOST_SURE;
 pub use diagnosis::{
     Candidate, Channel, Choice, Curve, Diagnosis, Estimate, Evidence, Found, Mismatch, NextPoke, Parameter,
-    Phase, Progress, Reading, Region, Settings, Verdict,
+    Phase, Progress, Reading, Region, Restrained, Settings, Verdict,
 };
 pub use dual::Field;
 pub use error::DiagnoseError;

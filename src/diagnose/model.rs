@@ -214,20 +214,22 @@ impl<'a> Model<'a> {
         matches!(self.baseline.get(parameter), Some(Parameter::LogRadius(_)))
     }
 
+    /// The baseline's own parameters but the share of what finer elements change, in order; of springs the stiffness in the place of the softness.
+    pub(super) fn baseline(&self) -> &[Parameter] {
+        &self.baseline
+    }
+
     /// Number of patches of the baseline.
     pub(super) fn patches(&self) -> usize {
         self.patches.len()
     }
 
-    /// Total stiffness of the springs that act (N/m), and its gradient by the parameters.
-    pub(super) fn springs_n_per_m(&self, acting: &Acting, at: &DVector<f64>) -> (f64, DVector<f64>) {
-        let mut by = DVector::zeros(at.len());
-        for (p, patch) in self.patches.iter().enumerate() {
-            if let (false, Some(i)) = (acting.without.contains(&p), patch.log_stiffness) {
-                by[i] = at[i].exp() * patch.discs.len() as f64;
-            }
-        }
-        (by.sum(), by)
+    /// Stiffness of a patch of springs (N/m), and its gradient by the parameters; none of glue.
+    pub(super) fn patch_n_per_m(&self, patch: usize, at: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
+        let Patch { discs, log_stiffness, .. } = &self.patches[patch];
+        let i = (*log_stiffness)?;
+        let own = at[i].exp() * discs.len() as f64;
+        Some((own, DVector::from_fn(at.len(), |j, _| if i == j { own } else { 0.0 })))
     }
 
     /// Number of parameters: the baseline's, the knobs', and two shares for every site.

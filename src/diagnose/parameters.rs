@@ -125,7 +125,10 @@ pub(super) fn springs(
     fitted: &Fitted,
     covariance: &DMatrix<f64>,
 ) -> Result<Estimate, DiagnoseError> {
-    let (value, gradient) = model.springs_n_per_m(&fitted.acting, &fitted.at);
+    let acts = |patch: &usize| !fitted.acting.without.contains(patch);
+    let own = (0..model.patches()).filter(acts).filter_map(|patch| model.patch_n_per_m(patch, &fitted.at));
+    let (value, gradient) =
+        own.fold((0.0, DVector::zeros(fitted.at.len())), |(sum, by), (own, of_own)| (sum + own, by + of_own));
     Ok(stiffness(model, fitted, covariance, value, &gradient, model.settled.springs_error()?))
 }
 

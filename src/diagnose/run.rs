@@ -24,6 +24,7 @@ use super::next_poke::{Standing, next_poke};
 use super::parameters::{parameters, springs, stiffness};
 use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
+use super::restrained::restrained;
 use super::rivals::others;
 use super::select::{Ended, MOST, Selection, Tried, finished, select};
 use super::undecided::undecided;
@@ -418,6 +419,7 @@ fn reading(
     Ok(Reading {
         young_modulus_pa: stiffness(model, fitted, covariance, modulus, &by_modulus, elements),
         restraint_total_n_per_m: springs(model, fitted, covariance)?,
+        restraint: restrained(model, fitted, covariance)?,
         chi2_per_dof: fitted.chi2() / fitted.values().saturating_sub(parameters).max(1) as f64,
         held_out_chi2_per_dof: held_out.iter().sum::<f64>() / fitted.values().max(1) as f64,
     })

@@ -4,12 +4,12 @@
 //! Whether the baseline leaves more than noise, in which direction, whether anything moves on while the force stands still,
 //! and what could have done it. Nothing is named: a single state is explained by many entries, each as well as the next.
 
-use super::diagnosis::{Channel, Diagnosis, Estimate, Mismatch, Reading, Settings, Verdict};
+use super::diagnosis::{Channel, Diagnosis, Estimate, Mismatch, Reading, Restrained, Settings, Verdict};
 use super::error::DiagnoseError;
 use super::physics::Physics;
 use crate::clock::Rows;
 use crate::geometry::Vec3;
-use crate::inverse::{self, Driven, Fit, Settled, outcome};
+use crate::inverse::{self, Driven, Fit, Patch, PatchKind, Settled, outcome};
 use crate::observation::Recording;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -77,7 +77,7 @@ pub(super) fn undecided(
         },
         parameters: Vec::new(),
         candidates: Vec::new(),
-        baseline: reading,
+        baseline: reading.clone(),
         extended: reading,
         next_poke: None,
         curves: Vec::new(),
@@ -85,14 +85,27 @@ pub(super) fn undecided(
     })
 }
 
+fn estimate(of: inverse::Estimate) -> Estimate {
+    Estimate { value: of.value, sd: of.sd }
+}
+
 fn reading(fit: &Fit) -> Reading {
-    let estimate = |of: inverse::Estimate| Estimate { value: of.value, sd: of.sd };
     Reading {
         young_modulus_pa: estimate(fit.young_modulus_pa),
         restraint_total_n_per_m: estimate(fit.restraint_total_n_per_m),
+        restraint: fit.patches.iter().map(patch).collect(),
         chi2_per_dof: fit.residual.chi2_per_dof,
         held_out_chi2_per_dof: f64::NAN,
     }
+}
+
+fn patch(of: &Patch) -> Restrained {
+    let stiffness_n_per_m = match of.kind {
+        PatchKind::Springs { stiffness_n_per_m: own } => Some(estimate(own)),
+        PatchKind::Glued { .. } => None,
+    };
+    let &Patch { centroid_m, centroid_sd_m, radius_m, .. } = of;
+    Restrained { centroid_m, centroid_sd_m, radius_m, stiffness_n_per_m }
 }
 
 /// Entries that could have left such a misfit: of the body and its hold, of the camera, and of the stage where there is one.

@@ -48,6 +48,9 @@ fn the_contract_keys_hold_the_values_of_the_diagnosis() {
     assert_eq!(json["baseline"]["young_modulus_pa"], json!({"value": 10_000.0, "sd": 90.0}));
     assert_eq!(json["baseline"]["held_out_chi2_per_dof"], 14.2);
     assert_eq!(json["extended"]["young_modulus_pa"]["value"], 8_700.0);
+    let patches = &json["extended"]["restraint_patches"];
+    assert_eq!((&patches[0]["kind"], &patches[1]["kind"]), (&json!("springs"), &json!("glued")));
+    assert_eq!((&patches[0]["stiffness_n_per_m"], &patches[0]["sd"]), (&json!(124.3), &json!(2.4)));
     assert_eq!(json["next_poke"], Value::Null);
 }
 
@@ -248,6 +251,11 @@ fn every_kind_of_diagnosis_shows_without_a_network() {
         let head = browser.evaluate("document.querySelector('h1').innerText");
         assert_eq!(head, format!("{}.", conclusion(&diagnosis)));
         assert_eq!(browser.evaluate("document.querySelector('.bar strong').textContent"), "bench <i>07</i>");
+        let held = browser.evaluate("document.getElementById('phantom').data.map(t => t.hovertext).filter(t => /springs|glued/.test(t))");
+        assert_eq!(held, json!(["springs, 124.3 ± 2.4 N/m", "glued"]));
+        let table = browser.evaluate("document.body.innerText");
+        let row = "springs, 124.3 ± 2.4 N/m\t120.0 ± 0.4\t50.0 ± 0.3\t0.0\t5.0";
+        assert!(table.as_str().expect("text").contains(row), "{table}");
         let widths = browser.evaluate("[document.documentElement.scrollWidth, innerWidth]");
         assert_eq!(widths, json!([SCREEN.0, SCREEN.0]), "the page is wider than the screen");
         let whole = browser.picture(true);

@@ -5,7 +5,7 @@
 use super::synthetic;
 use phantom_rig::diagnose::{
     Candidate, Channel, Curve, Diagnosis, Estimate, Evidence, Found, Mismatch, NextPoke, Parameter, Phase,
-    Physics, Reading, Region, Verdict,
+    Physics, Reading, Region, Restrained, Verdict,
 };
 use phantom_rig::geometry::Vec3;
 use phantom_rig::observation::PlannedPoke;
@@ -19,6 +19,20 @@ fn reading(modulus: f64, sd: f64, held_out: f64) -> Reading {
     Reading {
         young_modulus_pa: Estimate { value: modulus, sd },
         restraint_total_n_per_m: Estimate { value: 124.3, sd: 2.4 },
+        restraint: vec![
+            Restrained {
+                centroid_m: Vec3::new(0.12, 0.05, 0.0),
+                centroid_sd_m: Vec3::new(4e-4, 3e-4, 0.0),
+                radius_m: 0.005,
+                stiffness_n_per_m: Some(Estimate { value: 124.3, sd: 2.4 }),
+            },
+            Restrained {
+                centroid_m: Vec3::new(0.08, 0.03, 0.0),
+                centroid_sd_m: Vec3::zeros(),
+                radius_m: 0.007,
+                stiffness_n_per_m: None,
+            },
+        ],
         chi2_per_dof: held_out * 0.99,
         held_out_chi2_per_dof: held_out,
     }
@@ -163,7 +177,7 @@ pub(crate) fn nothing(recording: &Recording) -> Diagnosis {
         },
         parameters: Vec::new(),
         candidates: Vec::new(),
-        baseline,
+        baseline: baseline.clone(),
         extended: baseline,
         remarks: Vec::new(),
         curves: curves(recording, 0.0),
@@ -184,7 +198,7 @@ pub(crate) fn unexplained(recording: &Recording) -> Diagnosis {
             evidence: None,
         },
         parameters: Vec::new(),
-        extended: found.baseline,
+        extended: found.baseline.clone(),
         ..found
     }
 }

@@ -83,8 +83,8 @@ fn assert_close(value: f64, truth: f64, relative: f64) {
 /// Four fifths of what is beyond noise in pokes that a fit did not see go away.
 #[track_caller]
 fn assert_explained(diagnosis: &Diagnosis) {
-    let beyond_noise = |reading: Reading| reading.held_out_chi2_per_dof - 1.0;
-    let (before, after) = (beyond_noise(diagnosis.baseline), beyond_noise(diagnosis.extended));
+    let beyond_noise = |reading: &Reading| reading.held_out_chi2_per_dof - 1.0;
+    let (before, after) = (beyond_noise(&diagnosis.baseline), beyond_noise(&diagnosis.extended));
     assert!(before > 0.05 && after < 0.2 * before, "{before} {after}");
 }
 
@@ -299,7 +299,14 @@ fn restraint_is_found_again_under_what_explains_everything() {
     assert_eq!(diagnosis.verdict.physics, [Physics::LateContact]);
     assert_close(parameter(&diagnosis, Physics::LateContact, "gap_m"), gap_m, 0.02);
     assert!(diagnosis.baseline.restraint_total_n_per_m.value < 0.5 * stiffness_n_per_m);
-    assert_close(diagnosis.extended.restraint_total_n_per_m.value, stiffness_n_per_m, 0.05);
+    let Reading { restraint_total_n_per_m: total, restraint, .. } = &diagnosis.extended;
+    assert_close(total.value, stiffness_n_per_m, 0.05);
+    let [patch] = restraint[..] else { panic!("one patch, got {restraint:?}") };
+    let own = patch.stiffness_n_per_m.expect("springs");
+    assert!((own.value - total.value).abs() < 1e-9 * total.value && (own.sd / total.sd - 1.0).abs() < 1e-9);
+    let place = Vec3::from(world.phantom.patches[0].centre_m);
+    assert!((patch.centroid_m - place).norm() < 1e-3, "{patch:?} for {place}");
+    assert!(patch.centroid_sd_m.x > 0.0 && patch.centroid_sd_m.x < 1e-3);
     assert_close(diagnosis.extended.young_modulus_pa.value, world.young_modulus_pa, 0.003);
 }
 

@@ -6,7 +6,9 @@
 //! `next_poke.{why, separates}`; the others may grow. A number that could not be determined (not finite) is `null`.
 
 use super::names::{channel_name, coarse_channel, phase_name};
-use crate::diagnose::{Candidate, Diagnosis, Estimate, Found, NextPoke, Parameter, Physics, Reading};
+use crate::diagnose::{
+    Candidate, Diagnosis, Estimate, Found, NextPoke, Parameter, Physics, Reading, Restrained,
+};
 use crate::geometry::Vec3;
 use crate::report::ReportError;
 use serde::Serialize;
@@ -97,8 +99,23 @@ struct ReadingEntry {
     young_modulus_pa: EstimateEntry,
     restraint_total_n_per_m: Option<f64>,
     restraint_total_sd_n_per_m: Option<f64>,
+    restraint_patches: Vec<PatchEntry>,
     chi2_per_dof: Option<f64>,
     held_out_chi2_per_dof: Option<f64>,
+}
+
+/// A patch, by the keys of `fit.json`.
+#[derive(Serialize)]
+struct PatchEntry {
+    /// `springs` or `glued`.
+    kind: &'static str,
+    centroid_m: [f64; 3],
+    centroid_sd_m: [f64; 3],
+    radius_m: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stiffness_n_per_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sd: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -192,8 +209,23 @@ impl ReadingEntry {
             young_modulus_pa: estimate(&reading.young_modulus_pa),
             restraint_total_n_per_m: known(reading.restraint_total_n_per_m.value),
             restraint_total_sd_n_per_m: known(reading.restraint_total_n_per_m.sd),
+            restraint_patches: reading.restraint.iter().map(PatchEntry::new).collect(),
             chi2_per_dof: known(reading.chi2_per_dof),
             held_out_chi2_per_dof: known(reading.held_out_chi2_per_dof),
+        }
+    }
+}
+
+impl PatchEntry {
+    fn new(patch: &Restrained) -> Self {
+        let springs = patch.stiffness_n_per_m;
+        Self {
+            kind: if springs.is_some() { "springs" } else { "glued" },
+            centroid_m: patch.centroid_m.into(),
+            centroid_sd_m: patch.centroid_sd_m.into(),
+            radius_m: patch.radius_m,
+            stiffness_n_per_m: springs.and_then(|own| known(own.value)),
+            sd: springs.and_then(|own| known(own.sd)),
         }
     }
 }
@@ -244,6 +276,30 @@ fn known(value: f64) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::diagnose::StiffeningLaw;
+
+    /// Springs have a stiffness, glue has none, not even an empty one.
+    #[test]
+    fn patches_are_written_by_their_kind() {
+        let springs = Restrained {
+            centroid_m: Vec3::new(0.12, 0.05, 0.0),
+            centroid_sd_m: Vec3::new(1e-4, 2e-4, 0.0),
+            radius_m: 0.005,
+            stiffness_n_per_m: Some(Estimate { value: 62.5, sd: 2.5 }),
+        };
+        let written = |patch| json!(PatchEntry::new(&patch));
+        let place =
+            json!({ "centroid_m": [0.12, 0.05, 0.0], "centroid_sd_m": [1e-4, 2e-4, 0.0], "radius_m": 0.005 });
+        let with = |more: Value| {
+            let all = [&place, &more].into_iter().filter_map(Value::as_object).flatten();
+            Value::Object(all.map(|(key, value)| (key.clone(), value.clone())).collect())
+        };
+        let expected = json!({ "kind": "springs", "stiffness_n_per_m": 62.5, "sd": 2.5 });
+        assert_eq!(written(springs), with(expected));
+        assert_eq!(
+            written(Restrained { stiffness_n_per_m: None, ..springs }),
+            with(json!({ "kind": "glued" }))
+        );
+    }
 
     /// The catalogue gives the law beside the parameter, as a word.
     #[test]

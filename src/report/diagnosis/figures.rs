@@ -1,7 +1,7 @@
 //! The page's tables and lists of a diagnosis, as HTML.
 
 use super::detail::{parameter_noun, signed};
-use crate::diagnose::{Candidate, Diagnosis, Estimate, NextPoke, Reading};
+use crate::diagnose::{Candidate, Diagnosis, Estimate, NextPoke, Reading, Restrained};
 use crate::report::page::{escape, remarks, table};
 use crate::units::{pascals, with_sd};
 
@@ -19,6 +19,31 @@ pub(super) fn before_after(diagnosis: &Diagnosis) -> String {
         row("χ² per degree of freedom", &|r| number(r.chi2_per_dof, 3, "")),
     ];
     table(&["", "Nothing left out", "With what is blamed"], rows.iter().map(Vec::as_slice))
+}
+
+/// Where restraint acts with what is blamed, and how stiff it is; a sentence where there is none.
+pub(super) fn restraint(diagnosis: &Diagnosis) -> String {
+    if diagnosis.extended.restraint.is_empty() {
+        return "<p class=\"note\">No restraint acts.</p>".to_owned();
+    }
+    let row = |patch: &Restrained| {
+        let at = |axis: usize| {
+            let (value, sd) = (1e3 * patch.centroid_m[axis], 1e3 * patch.centroid_sd_m[axis]);
+            if sd > 0.0 { format!("{value:.1} ± {sd:.1}") } else { format!("{value:.1}") }
+        };
+        [held(patch), at(0), at(1), at(2), format!("{:.1}", 1e3 * patch.radius_m)]
+    };
+    let rows: Vec<[String; 5]> = diagnosis.extended.restraint.iter().map(row).collect();
+    let head = ["Restraint with what is blamed", "x, mm", "y, mm", "z, mm", "radius, mm"];
+    table(&head, rows.iter().map(|r| r.as_slice()))
+}
+
+/// How a patch holds: `springs, 62.5 ± 2.5 N/m`.
+pub(super) fn held(patch: &Restrained) -> String {
+    match &patch.stiffness_n_per_m {
+        Some(own) => format!("springs, {}", with_sd(own.value, own.sd, 1.0, "N/m")),
+        None => "glued".to_owned(),
+    }
 }
 
 /// Parameters of what is blamed.

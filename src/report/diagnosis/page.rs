@@ -2,7 +2,7 @@
 //! the candidates with reasons, what cannot be told, and the next poke. One file that needs nothing but itself.
 
 use super::curves::Curves;
-use super::figures::{before_after, candidates, cannot_tell, next_poke, parameters, properties};
+use super::figures::{before_after, candidates, cannot_tell, next_poke, parameters, properties, restraint};
 use super::scene::PlaceScene;
 use super::sentence::{conclusion, evidence, is_sure};
 use crate::diagnose::Diagnosis;
@@ -33,6 +33,7 @@ pub fn diagnosis_page(
             ("conclusion", &escape(&conclusion(diagnosis))),
             ("evidence", &escape(&evidence(diagnosis))),
             ("before_after", &before_after(diagnosis)),
+            ("restraint", &restraint(diagnosis)),
             ("parameters", &parameters(diagnosis)),
             ("properties", &properties(diagnosis)),
             ("cannot_tell", &cannot_tell(diagnosis)),

@@ -54,6 +54,7 @@ function drawPlace() {
     ...scene.tips.map(tip => ({...flat, ...disc(tip.disc), color: colour(tip.shows ? 'model' : 'ink'), opacity: tip.shows ? 0.75 : 0.35,
       hovertext: pokes(tip) + (tip.shows ? ': shows the mismatch' : '')})),
     ...scene.discs.map(d => ({...flat, ...disc(d.disc), color: colour('found'), hovertext: d.text})),
+    ...scene.restraint.map(d => ({...flat, ...disc(d.disc), color: colour('most'), hovertext: d.text})),
     ...scene.balls.map(b => ({...flat, ...ball(b), flatshading: false, lighting: {ambient: 0.7, diffuse: 0.5}, color: colour('found'), opacity: 0.9, hovertext: b.text})),
   ];
   if (scene.region) traces.push({...flat, ...ball(scene.region), color: colour('model'), opacity: 0.18, hovertext: scene.region.text});
@@ -62,6 +63,7 @@ function drawPlace() {
   const annotations = [
     ...scene.balls.map(b => label(b.centre_mm, b.text, 90, 56)),
     ...scene.discs.map(d => label(d.disc.centre_mm, d.text, 40, 96)),
+    ...scene.restraint.map(d => label(d.disc.centre_mm, d.text, 46, 34)),
     ...scene.tips.map(tip => label(tip.disc.centre_mm, tip.numbers.join(', '), 0, -22)),
   ];
   if (scene.region) annotations.push(label(scene.region.centre_mm, scene.region.text, -90, 76));
@@ -79,7 +81,7 @@ function drawPlace() {
   });
   const key = (name, text, opacity = 1) => ' <span class="key"><span class="swatch round" style="background:' + colour(name) + ';opacity:' + opacity + '"></span>' + text + '</span>';
   document.getElementById('phantom-legend').innerHTML = 'At rest.' + (scene.region ? '' : ' The misfit sits nowhere in particular.') + key('ink', 'poke', 0.35) + (scene.tips.some(t => t.shows) ? key('model', 'poke that shows the mismatch') : '') +
-    (scene.region ? key('model', 'where the misfit sits') : '') + (scene.balls.length + scene.discs.length ? key('found', 'found') : '') +
+    (scene.region ? key('model', 'where the misfit sits') : '') + (scene.balls.length + scene.discs.length ? key('found', 'found') : '') + (scene.restraint.length ? key('most', 'restraint') : '') +
     (scene.next ? key('extended', 'next poke') : '') + key('fixed', 'fixed surface') + key('search', 'searched surface');
   return Plotly.react(document.getElementById('phantom'), traces, layout, config);
 }

@@ -1,7 +1,8 @@
 //! What the page's three-dimensional view is drawn from: the phantom at rest, where it was poked, where the mismatch
 //! sits, what was found to have a place, and the next poke. Millimetres.
 
-use crate::diagnose::{Diagnosis, Found, Physics};
+use super::figures::held;
+use crate::diagnose::{Diagnosis, Found, Physics, Restrained};
 use crate::geometry::Vec3;
 use crate::mesh::MeshError;
 use crate::observation::Recording;
@@ -19,6 +20,8 @@ pub(super) struct PlaceScene {
     /// What was found to have a place.
     balls: Vec<BallScene>,
     discs: Vec<NamedDisc>,
+    /// Restraint with what is blamed.
+    restraint: Vec<NamedDisc>,
     next: Option<NextScene>,
     /// Length of the arrow of the next poke (mm).
     arrow_mm: f64,
@@ -68,6 +71,7 @@ impl PlaceScene {
                 .map(|r| ball("where the misfit sits".to_owned(), r.centroid_m, r.radius_m)),
             balls,
             discs,
+            restraint: diagnosis.extended.restraint.iter().map(|patch| restrained(patch, &skin)).collect(),
             next: diagnosis.next_poke.as_ref().map(|next| &next.poke).map(|poke| NextScene {
                 disc: skin.disc(&poke.site, poke.radius_m, Some(-poke.direction)),
                 direction: poke.direction.into(),
@@ -94,6 +98,10 @@ fn tips(diagnosis: &Diagnosis, recording: &Recording, skin: &Skin) -> Vec<TipSce
         }
     }
     places.into_iter().map(|(_, tip)| tip).collect()
+}
+
+fn restrained(patch: &Restrained, skin: &Skin) -> NamedDisc {
+    NamedDisc { text: held(patch), disc: skin.disc(&patch.centroid_m, patch.radius_m, None) }
 }
 
 /// Balls in the body and discs on its base, of those entries that have a place.
