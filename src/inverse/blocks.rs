@@ -295,12 +295,12 @@ impl Bench {
         &self.tip_responses
     }
 
-    /// Puts restraint discs on the model.
+    /// Puts restraint patches, each of some discs, on the model: all their discs in turn.
     ///
     /// # Errors
     /// What the sparse solves report.
-    pub fn place(&self, discs: &[Spot]) -> Result<Vec<Arc<Placed>>, InverseError> {
-        self.recent.place(self, discs)
+    pub fn place(&self, patches: &[Vec<Spot>]) -> Result<Vec<Arc<Placed>>, InverseError> {
+        self.recent.place(self, patches)
     }
 
     /// All blocks, with restraint `discs`.

@@ -75,36 +75,52 @@ pub(super) fn dot(functional: &[Functional; 3], nodal: &[f64]) -> Vec3 {
     Vec3::from_fn(|i, _| functional[i].iter().map(|&(c, w)| w * nodal[c as usize]).sum())
 }
 
-/// The last discs that were placed on a bench.
+/// The last patches that were placed on a bench, each with all its discs.
 #[derive(Debug, Default)]
-pub(super) struct Recent(Mutex<VecDeque<Arc<Placed>>>);
+pub(super) struct Recent(Mutex<VecDeque<Vec<Arc<Placed>>>>);
 
 impl Recent {
-    /// Each of `spots`, all of them discs, on the bench: placed before, or solved for now.
-    pub(super) fn place(&self, bench: &Bench, spots: &[Spot]) -> Result<Vec<Arc<Placed>>, InverseError> {
+    /// Each of `patches`, discs all of them, on the bench: placed before, or solved for now. Discs of a patch are solved for together and
+    /// by themselves, so that their last digits do not depend on what else is placed.
+    pub(super) fn place(
+        &self,
+        bench: &Bench,
+        patches: &[Vec<Spot>],
+    ) -> Result<Vec<Arc<Placed>>, InverseError> {
         // A panic elsewhere leaves whole entries only.
-        let known = |spot: &Spot| {
-            let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-            kept.iter().find(|placed| same(&placed.spot, spot)).cloned()
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = |spots: &Vec<Spot>| lock().iter().find(|placed| same(placed, spots)).cloned();
+        let known: Vec<Option<Vec<Arc<Placed>>>> = patches.iter().map(known).collect();
+        let placed = |(spots, known): (&Vec<Spot>, Option<Vec<Arc<Placed>>>)| match known {
+            Some(known) => Ok(known),
+            None => bench.solved(spots),
         };
-        let mut placed: Vec<Option<Arc<Placed>>> = spots.iter().map(known).collect();
-        let new: Vec<&Spot> =
-            spots.iter().zip(&placed).filter(|(_, p)| p.is_none()).map(|(s, _)| s).collect();
-        let solved = bench.model.respond(&new)?;
-        let made: Vec<Arc<Placed>> =
-            new.par_iter().zip(solved).map(|(spot, response)| Arc::new(bench.seen(spot, response))).collect();
-        let mut made = made.into_iter();
-        placed.iter_mut().filter(|p| p.is_none()).for_each(|p| *p = made.next());
-        let placed: Vec<Arc<Placed>> = placed.into_iter().flatten().collect();
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.retain(|old| !placed.iter().any(|p| Arc::ptr_eq(p, old)));
+        let placed: Vec<Vec<Arc<Placed>>> =
+            patches.par_iter().zip(known).map(placed).collect::<Result<_, InverseError>>()?;
+        let mut kept = lock();
+        let now = |old: &Vec<Arc<Placed>>| placed.iter().any(|p| Arc::ptr_eq(&p[0], &old[0]));
+        kept.retain(|old| !now(old));
         placed.iter().for_each(|p| kept.push_front(p.clone()));
-        kept.truncate(KEPT.max(placed.len()));
-        Ok(placed)
+        let all: Vec<Arc<Placed>> = placed.into_iter().flatten().collect();
+        let mut discs = 0;
+        kept.retain(|patch| {
+            discs += patch.len();
+            discs <= KEPT.max(all.len())
+        });
+        Ok(all)
     }
 }
 
 impl Bench {
+    fn solved(&self, spots: &[Spot]) -> Result<Vec<Arc<Placed>>, InverseError> {
+        let responses = self.model.respond(&spots.iter().collect::<Vec<_>>())?;
+        Ok(spots
+            .par_iter()
+            .zip(responses)
+            .map(|(spot, response)| Arc::new(self.seen(spot, response)))
+            .collect())
+    }
+
     /// What a disc with this response has to do with everything on the bench.
     fn seen(&self, spot: &Spot, response: Response) -> Placed {
         let mut markers = DMatrix::zeros(3 * self.markers.len(), 3);
@@ -122,15 +138,16 @@ impl Bench {
     }
 }
 
-/// Whether two spots are the same disc to the last bit.
-fn same(a: &Spot, b: &Spot) -> bool {
+/// Whether a patch that was placed has these discs, to the last bit.
+fn same(placed: &[Arc<Placed>], spots: &[Spot]) -> bool {
     let disc = |spot: &Spot| -> Option<(Disc, Profile)> {
         match spot.kind {
             SpotKind::Disc { disc, profile, .. } => Some((disc, profile)),
             SpotKind::Marker { .. } => None,
         }
     };
-    matches!((disc(a), disc(b)), (Some(a), Some(b)) if a == b)
+    let same = |(placed, spot): (&Arc<Placed>, &Spot)| matches!((disc(&placed.spot), disc(spot)), (Some(a), Some(b)) if a == b);
+    placed.len() == spots.len() && placed.iter().zip(spots).all(same)
 }
 
 #[cfg(test)]
@@ -150,16 +167,16 @@ mod tests {
         let disc = |x: f64| {
             Spot::disc(bench.model.space(), &top, &Vec3::new(x, 0.05, 0.03), 0.005).expect("on the top")
         };
-        let first = bench.place(&[disc(0.03), disc(0.06)]).expect("solved");
-        let again = bench.place(&[disc(0.06), disc(0.031)]).expect("solved");
+        let first = bench.place(&[vec![disc(0.03)], vec![disc(0.06)]]).expect("solved");
+        let again = bench.place(&[vec![disc(0.06)], vec![disc(0.031)]]).expect("solved");
         assert!(Arc::ptr_eq(&first[1], &again[0]));
         assert!(!Arc::ptr_eq(&first[0], &again[1]));
         let afresh = &bench.model.respond(&[&disc(0.06)]).expect("solved")[0];
         let kept = again[0].response.at(&disc(0.03));
         assert!((afresh.at(&disc(0.03)) - kept).norm() < 1e-12 * kept.norm());
         for i in 0..KEPT {
-            bench.place(&[disc(0.04 + 1e-4 * i as f64)]).expect("solved");
+            bench.place(&[vec![disc(0.04 + 1e-4 * i as f64)]]).expect("solved");
         }
-        assert!(!Arc::ptr_eq(&first[0], &bench.place(&[disc(0.03)]).expect("solved")[0]));
+        assert!(!Arc::ptr_eq(&first[0], &bench.place(&[vec![disc(0.03)]]).expect("solved")[0]));
     }
 }

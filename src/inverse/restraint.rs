@@ -34,6 +34,7 @@ const FACING: f64 = 0.7;
 const ALIKE: f64 = 0.1;
 
 /// Restraint patches put on a model: discs, their responses, and the groups that share a stiffness.
+#[derive(Clone)]
 pub struct Mounted {
     /// All discs.
     pub discs: Vec<Arc<Placed>>,
@@ -107,14 +108,14 @@ impl Restraint {
 impl Mounted {
     /// Puts `patches` on the model of `bench`, whose search surface are the faces `search`.
     pub fn new(bench: &Bench, search: &[usize], patches: &[Restraint]) -> Result<Self, InverseError> {
-        let mut discs = Vec::new();
-        let mut groups = Vec::new();
-        for patch in patches {
-            let own = patch.discs(bench, search)?;
-            let range = discs.len()..discs.len() + own.len();
+        let discs = patches.iter().map(|patch| patch.discs(bench, search));
+        let discs = discs.collect::<Result<Vec<_>, InverseError>>()?;
+        let mut groups: Vec<Group> = Vec::new();
+        for (patch, own) in patches.iter().zip(&discs) {
+            let first = groups.last().map_or(0, |group| group.discs.end);
             // A group's discs share the patch's stiffness.
-            groups.push(Group { softness: patch.softness * own.len() as f64, discs: range });
-            discs.extend(own);
+            groups
+                .push(Group { softness: patch.softness * own.len() as f64, discs: first..first + own.len() });
         }
         let discs = bench.place(&discs)?;
         let blocks = bench.blocks(&discs);

@@ -190,15 +190,13 @@ impl<'s, 'p> Looking<'s, 'p> {
     /// With one patch less, where the others are then better by `enough`. What was found first stood for several places at
     /// once: it may have become glue since, or gone to an edge, and holds the others where they are.
     fn freed(&mut self, at: &Linearised, enough: f64) -> Result<Option<Linearised>, InverseError> {
-        let mut best: Option<Linearised> = None;
-        for p in 0..at.state.patches.len() {
-            let mut state = at.state.clone();
-            state.patches.remove(p);
-            let lowest = best.as_ref().map_or(at.chi2() - enough, Linearised::chi2);
-            let less = where_answered(descend(self.problem, &state, ROUGH))?;
-            let better = |less: &Linearised| less.chi2() < lowest && apart(self.problem, &less.state.patches);
-            best = less.map(|descent| descent.at).filter(better).or(best);
-        }
+        let less = |p: usize| where_answered(descend(self.problem, &without(at, p), ROUGH));
+        let less = (0..at.state.patches.len()).into_par_iter().map(less);
+        let less =
+            less.collect::<Result<Vec<_>, InverseError>>()?.into_iter().flatten().map(|descent| descent.at);
+        let better =
+            |less: &Linearised| less.chi2() < at.chi2() - enough && apart(self.problem, &less.state.patches);
+        let best = less.filter(better).min_by(|a, b| a.chi2().total_cmp(&b.chi2()));
         best.map(|less| self.settle_glue(less)).transpose()
     }
 
@@ -297,19 +295,18 @@ impl<'s, 'p> Looking<'s, 'p> {
     /// The best glued spot about `centre`: its radius first among a few, on the model without correction, then
     /// together with everything else. `None` when no radius fits on the body.
     fn glued_at(&mut self, at: &Linearised, centre: Vec3) -> Result<Option<Linearised>, InverseError> {
-        let mut best: Option<(f64, State)> = None;
         self.problem.correction = None;
-        for radius_m in GLUE_RADII_M {
+        let glued = |radius_m: &f64| {
             let mut state = at.state.clone();
             state.patches.retain(|other| (other.centre - centre).norm() > radius_m + other.radius_m);
-            state.patches.push(Restraint { centre, radius_m, softness: 0.0, glued: true });
+            state.patches.push(Restraint { centre, radius_m: *radius_m, softness: 0.0, glued: true });
             // One that does not fit on the body, or not beside the others, is not among the choices.
-            let Ok(mounted) = self.problem.mount(&state.patches) else { continue };
-            let Ok((chi2, modulus)) = with_modulus(self.problem, &mounted, state.modulus) else { continue };
-            if best.as_ref().is_none_or(|(least, _)| chi2 < *least) {
-                best = Some((chi2, State { modulus, ..state }));
-            }
-        }
+            let mounted = self.problem.mount(&state.patches).ok()?;
+            let (chi2, modulus) = with_modulus(self.problem, &mounted, state.modulus).ok()?;
+            Some((chi2, State { modulus, ..state }))
+        };
+        let tried: Vec<Option<(f64, State)>> = GLUE_RADII_M.par_iter().map(glued).collect();
+        let best = tried.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, state)) = best else { return Ok(None) };
         if where_answered(self.correct(&state.patches))?.is_none() {
             return Ok(None);
@@ -366,16 +363,16 @@ fn as_good(at: &Linearised, simpler: &State) -> f64 {
 fn best_softness(problem: &Problem<'_>, mut state: State) -> Result<State, InverseError> {
     let last = state.patches.len() - 1;
     let local = state.patches[last].softness;
-    let mut mounted = problem.mount(&state.patches)?;
-    let mut best: Option<(f64, f64, f64)> = None;
-    for step in -6..=10 {
+    let mounted = problem.mount(&state.patches)?;
+    let with = |step: i32| {
         let softness = local * 10.0_f64.powf(0.25 * f64::from(step));
+        let mut mounted = mounted.clone();
         mounted.groups[last].softness = softness;
         let (chi2, modulus) = with_modulus(problem, &mounted, state.modulus)?;
-        if best.is_none_or(|(least, ..)| chi2 < least) {
-            best = Some((chi2, softness, modulus));
-        }
-    }
+        Ok((chi2, softness, modulus))
+    };
+    let tried = (-6..=10).into_par_iter().map(with).collect::<Result<Vec<_>, InverseError>>()?;
+    let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
     if let Some((_, softness, modulus)) = best {
         state.patches[last].softness = softness;
         state.modulus = modulus;
@@ -399,24 +396,27 @@ fn with_modulus(problem: &Problem<'_>, mounted: &Mounted, start: f64) -> Result<
     Ok((problem.residual(mounted, modulus)?.norm_squared(), modulus))
 }
 
+/// The state with one patch less.
+fn without(at: &Linearised, patch: usize) -> State {
+    let mut state = at.state.clone();
+    state.patches.remove(patch);
+    state
+}
+
 /// Takes out, one at a time, patches that the others can do without. Where all of them together explain the recording down to its
 /// noise a patch need not explain a share of it, as none then mends a wrong model.
 pub(super) fn pruned(problem: &Problem<'_>, at: Linearised) -> Result<Linearised, InverseError> {
     let mut at = at;
     loop {
         let enough = if at.explained() { SIGNIFICANT * unit(&at) } else { worthwhile(problem, &at)? };
-        let mut without: Option<Linearised> = None;
-        for p in (0..at.state.patches.len()).filter(|&p| !beyond_doubt(&at, p)) {
-            let mut state = at.state.clone();
-            state.patches.remove(p);
-            // A patch without which the others have no answer stays.
-            let tried = where_answered(descend_below(problem, &state, ROUGH, at.chi2() + enough))?;
-            let Some(Descent { at: less, .. }) = tried else { continue };
-            if less.chi2() - at.chi2() < enough && without.as_ref().is_none_or(|w| less.chi2() < w.chi2()) {
-                without = Some(less);
-            }
-        }
-        match without {
+        // A patch without which the others have no answer stays.
+        let less =
+            |&p: &usize| where_answered(descend_below(problem, &without(&at, p), ROUGH, at.chi2() + enough));
+        let doubted: Vec<usize> = (0..at.state.patches.len()).filter(|&p| !beyond_doubt(&at, p)).collect();
+        let less = doubted.par_iter().map(less).collect::<Result<Vec<_>, InverseError>>()?;
+        let less = less.into_iter().flatten().map(|descent| descent.at);
+        let spared = less.filter(|less| less.chi2() - at.chi2() < enough);
+        match spared.min_by(|a, b| a.chi2().total_cmp(&b.chi2())) {
             Some(less) => at = less,
             None => return Ok(at),
         }
