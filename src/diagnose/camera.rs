@@ -1,7 +1,8 @@
 //! What the camera makes of a displacement, and when: depth gain, scale, rotation and lag.
 
-use super::dual::Dual;
+use super::dual::{Dual, gradient};
 use super::effects::Effects;
+use nalgebra::DMatrix;
 
 /// Depth gain, then scale, then rotation (Rodrigues 1840), as one matrix.
 pub(super) fn camera(effects: &Effects) -> [[Dual; 3]; 3] {
@@ -39,11 +40,21 @@ pub(super) fn between(a: Dual, b: Dual, share: Dual) -> Dual {
     a * (-share + 1.0) + b * share
 }
 
+/// As [`between`], of columns (value, then derivatives) with those of the share.
+pub(super) fn columns_between(a: &DMatrix<f64>, b: &DMatrix<f64>, share: &Dual) -> DMatrix<f64> {
+    let (mut columns, apart) = (a * (1.0 - share.re) + b * share.re, b.column(0) - a.column(0));
+    for (p, by) in gradient(share, columns.ncols() - 1).iter().enumerate() {
+        columns.column_mut(1 + p).axpy(*by, &apart, 1.0);
+    }
+    columns
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::dual::{columns, variable, with_gradient};
     use super::*;
     use crate::geometry::Vec3;
-    use nalgebra::Rotation3;
+    use nalgebra::{DVector, Rotation3};
 
     #[test]
     fn the_rotation_is_that_of_its_vector() {
@@ -62,17 +73,29 @@ mod tests {
         }
     }
 
+    #[test]
+    fn columns_lie_where_their_numbers_do() {
+        let number = |value, slopes: [f64; 2]| with_gradient(value, &[(0, slopes[0]), (1, slopes[1])]);
+        let a = DVector::from_vec(vec![number(1.0, [0.5, -1.0]), number(-2.0, [0.0, 3.0])]);
+        let b = DVector::from_vec(vec![number(4.0, [0.25, 2.0]), number(7.0, [-1.5, 0.0])]);
+        let share = number(0.3, [0.0, -2.0]);
+        let by_number = a.zip_map(&b, |a, b| between(a, b, share));
+        let found = columns_between(&columns(&a, 2), &columns(&b, 2), &share);
+        assert!((&found - columns(&by_number, 2)).amax() < 1e-12, "{found}");
+        assert!((found[(0, 2)] - (0.3 * 2.0 - 0.7 - 2.0 * 3.0)).abs() < 1e-12);
+    }
+
     /// A lag shows an earlier state; its derivative is minus the speed.
     #[test]
     fn a_lag_shows_what_was() {
         let (time, depth) = ([0.0, 1.0, 2.0], [0.0, 3.0, 4.0].map(Dual::from));
-        let lag = super::super::dual::variable(0.25, 0);
+        let lag = variable(0.25, 0);
         let at = |stamp: f64| {
             let ([a, b], share) = shown(&time, lag, stamp).expect("rows");
             between(depth[a], depth[b], share)
         };
         assert!((at(1.5).re - 3.25).abs() < 1e-12);
-        assert!((super::super::dual::gradient(&at(1.5), 1)[0] + 1.0).abs() < 1e-12);
+        assert!((gradient(&at(1.5), 1)[0] + 1.0).abs() < 1e-12);
         assert_eq!((at(0.1).re, at(9.0).re), (0.0, 4.0));
     }
 }

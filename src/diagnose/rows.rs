@@ -1,6 +1,6 @@
 //! Rows of the recording against the model: residuals with their derivatives, over the noise.
 
-use super::camera::{between, shown};
+use super::camera::{between, columns_between, shown};
 use super::dual::{Dual, gradient, with_gradient};
 use super::extra::Depth;
 use super::model::{Marched, Model};
@@ -202,13 +202,9 @@ impl Model<'_> {
 
     /// Displacements of all markers (m) between two rows of a march: value, then derivatives.
     fn displacements(&self, marched: &Marched<'_>, rows: [usize; 2], s: Dual) -> DMatrix<f64> {
-        let Marched { body, fitted, .. } = marched;
-        let fitted = *fitted;
+        let Marched { body, .. } = marched;
         let [a, b] = rows.map(|row| &marched.rows.loads[row]);
-        let (mut columns, apart) = (a * (1.0 - s.re) + b * s.re, b.column(0) - a.column(0));
-        for (p, by) in gradient(&s, fitted).iter().enumerate() {
-            columns.column_mut(1 + p).axpy(*by, &apart, 1.0);
-        }
+        let columns = columns_between(a, b, &s);
         // Loads with their derivatives → displacements with theirs: one product.
         let mut u = &body.markers.value * &columns;
         for (p, change) in &body.markers.by {
