@@ -189,8 +189,8 @@ pub struct Reading {
 pub struct Restrained {
     /// Centre (m).
     pub centroid_m: Vec3,
-    /// One standard deviation of the centre along x, y, z (m); 0 where it was not refitted.
-    pub centroid_sd_m: Vec3,
+    /// One standard deviation of the centre along x, y, z (m); none where it was not refitted.
+    pub centroid_sd_m: Option<Vec3>,
     /// Radius (m): of glue as it was found, of springs as it was assumed.
     pub radius_m: f64,
     /// Stiffness of the springs together (N/m); none of glue.

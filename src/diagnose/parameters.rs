@@ -112,11 +112,20 @@ pub(super) fn stiffness(
     gradient: &DVector<f64>,
     elements: f64,
 ) -> Estimate {
+    let scale = common_gain(model, fitted).hypot(elements);
+    Estimate { value, sd: spread(model, fitted, covariance, gradient).hypot(value * scale) }
+}
+
+/// Standard deviation of what follows the parameters by this `gradient`: by chance, and by what is left of the effects.
+pub(super) fn spread(
+    model: &Model<'_>,
+    fitted: &Fitted,
+    covariance: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+) -> f64 {
     let excess = (fitted.chi2() / fitted.values() as f64).max(1.0);
     let by_chance = gradient.dot(&(covariance * gradient)) * excess;
-    let scale = common_gain(model, fitted).hypot(elements);
-    let besides = moved_by_model(model, fitted, covariance, gradient).hypot(value * scale);
-    Estimate { value, sd: by_chance.max(0.0).sqrt().hypot(besides) }
+    by_chance.max(0.0).sqrt().hypot(moved_by_model(model, fitted, covariance, gradient))
 }
 
 /// The springs together (N/m).

@@ -105,7 +105,7 @@ fn patch(of: &Patch) -> Restrained {
         PatchKind::Glued { .. } => None,
     };
     let &Patch { centroid_m, centroid_sd_m, radius_m, .. } = of;
-    Restrained { centroid_m, centroid_sd_m, radius_m, stiffness_n_per_m }
+    Restrained { centroid_m, centroid_sd_m: Some(centroid_sd_m), radius_m, stiffness_n_per_m }
 }
 
 /// Entries that could have left such a misfit: of the body and its hold, of the camera, and of the stage where there is one.

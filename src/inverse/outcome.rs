@@ -86,21 +86,34 @@ impl Settled<'_> {
     /// # Errors
     /// As for the fit.
     pub fn springs_error(&self) -> Result<f64, InverseError> {
-        let at = self.at;
-        let mut gradient = DVector::zeros(at.parameters.len());
-        for (i, parameter) in at.parameters.iter().enumerate() {
-            if let Parameter::LogSoftness(p) = parameter {
-                let stiffness = at.state.modulus / at.state.patches[*p].softness;
-                gradient[0] += stiffness;
-                gradient[i] -= stiffness;
-            }
-        }
-        let total = gradient[0];
-        if total == 0.0 {
-            return Ok(0.0);
-        }
-        Ok(gradient.dot(&(discretisation_covariance(self)? * &gradient)).max(0.0).sqrt() / total)
+        Ok(springs_error(self.at, &discretisation_covariance(self)?, |_| true))
     }
+
+    /// And of every patch: of its centre along x, y and z (m), and of the stiffness of its own springs (relative; zero of glue).
+    ///
+    /// # Errors
+    /// As for the fit.
+    pub fn patch_errors(&self) -> Result<Vec<(Vec3, f64)>, InverseError> {
+        let (at, covariance) = (self.at, discretisation_covariance(self)?);
+        let of = |p| (centroid_sd(at, &covariance, p), springs_error(at, &covariance, |other| other == p));
+        Ok((0..at.state.patches.len()).map(of).collect())
+    }
+}
+
+/// Standard deviation of the stiffness of some patches' springs together, relative; zero where they have none.
+fn springs_error(at: &Linearised, covariance: &DMatrix<f64>, of: impl Fn(usize) -> bool) -> f64 {
+    let mut gradient = DVector::zeros(at.parameters.len());
+    for (i, parameter) in at.parameters.iter().enumerate() {
+        if let Parameter::LogSoftness(p) = parameter
+            && of(*p)
+        {
+            let stiffness = at.state.modulus / at.state.patches[*p].softness;
+            gradient[0] += stiffness;
+            gradient[i] -= stiffness;
+        }
+    }
+    let total = gradient[0];
+    if total == 0.0 { 0.0 } else { gradient.dot(&(covariance * &gradient)).max(0.0).sqrt() / total }
 }
 
 impl Elements {

@@ -157,6 +157,26 @@ mod tests {
     use crate::inverse::Driven;
     use crate::mesh::{Block, block};
 
+    /// Discs of a patch answer to the last bit as they do by themselves, whatever is placed beside them.
+    #[test]
+    fn a_patch_answers_by_itself() {
+        let mesh = block(&Block { size_m: [0.1, 0.1, 0.03], cells: [5, 5, 2] }).expect("a block");
+        let bench = || {
+            let model = Model::new(&mesh, Order::P2, 0.47, "z-").expect("held");
+            Bench::new(model, vec![], vec![], &[], Driven::ByStage, None).expect("a bench")
+        };
+        let (one, other) = (bench(), bench());
+        let space = one.model.space();
+        let top = space.surface("z+").to_vec();
+        let disc = |x: f64| Spot::disc(space, &top, &Vec3::new(x, 0.05, 0.03), 0.004).expect("on the top");
+        let spot: Vec<Spot> = (0..7).map(|i| disc(0.03 + 2e-3 * f64::from(i))).collect();
+        let alone = one.place(std::slice::from_ref(&spot)).expect("solved");
+        let beside = other.place(&[vec![disc(0.07)], spot.clone(), vec![disc(0.08)]]).expect("solved");
+        for (alone, beside) in alone.iter().zip(&beside[1..]) {
+            assert_eq!(alone.response.at(&disc(0.055)), beside.response.at(&disc(0.055)));
+        }
+    }
+
     /// A disc placed again is not solved for again, a moved one is; and what is kept is bounded.
     #[test]
     fn the_last_discs_are_kept() {

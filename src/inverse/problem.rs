@@ -298,21 +298,21 @@ impl<'a> Problem<'a> {
                 Parameter::LogRadius(p) => state.patches[*p].radius_m *= value.exp(),
             }
         }
-        let space = self.bench.model.space();
         let mut inside = true;
         for (patch, before) in state.patches.iter_mut().zip(&at.state.patches) {
-            let nearest = self
-                .search
-                .iter()
-                .map(|&f| space.face_triangle(f).nearest(&patch.centre).position)
-                .min_by(|a, b| (a - patch.centre).norm().total_cmp(&(b - patch.centre).norm()));
-            if let Some(nearest) = nearest {
-                let asked = (patch.centre - before.centre).norm();
-                inside &= (nearest - patch.centre).norm() <= OFF_SURFACE * asked;
-                patch.centre = nearest;
-            }
+            let nearest = self.on_the_surface(&patch.centre);
+            let asked = (patch.centre - before.centre).norm();
+            inside &= (nearest - patch.centre).norm() <= OFF_SURFACE * asked;
+            patch.centre = nearest;
         }
         Moved { state, inside }
+    }
+
+    /// The point of the search surface (m) that is nearest to a place.
+    pub fn on_the_surface(&self, place: &Vec3) -> Vec3 {
+        let space = self.bench.model.space();
+        let nearest = self.search.iter().map(|&f| space.face_triangle(f).nearest(place).position);
+        nearest.min_by(|a, b| (a - place).norm().total_cmp(&(b - place).norm())).unwrap_or(*place)
     }
 }
 

@@ -254,7 +254,7 @@ fn every_kind_of_diagnosis_shows_without_a_network() {
         let held = browser.evaluate("document.getElementById('phantom').data.map(t => t.hovertext).filter(t => /springs|glued/.test(t))");
         assert_eq!(held, json!(["springs, 124.3 ± 2.4 N/m", "glued"]));
         let table = browser.evaluate("document.body.innerText");
-        let row = "springs, 124.3 ± 2.4 N/m\t120.0 ± 0.4\t50.0 ± 0.3\t0.0\t5.0";
+        let row = "springs, 124.3 ± 2.4 N/m\t120.00 ± 0.40\t50.00 ± 0.30\t0.00\t5.0 (assumed)";
         assert!(table.as_str().expect("text").contains(row), "{table}");
         let widths = browser.evaluate("[document.documentElement.scrollWidth, innerWidth]");
         assert_eq!(widths, json!([SCREEN.0, SCREEN.0]), "the page is wider than the screen");

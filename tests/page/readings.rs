@@ -22,13 +22,13 @@ fn reading(modulus: f64, sd: f64, held_out: f64) -> Reading {
         restraint: vec![
             Restrained {
                 centroid_m: Vec3::new(0.12, 0.05, 0.0),
-                centroid_sd_m: Vec3::new(4e-4, 3e-4, 0.0),
+                centroid_sd_m: Some(Vec3::new(4e-4, 3e-4, 0.0)),
                 radius_m: 0.005,
                 stiffness_n_per_m: Some(Estimate { value: 124.3, sd: 2.4 }),
             },
             Restrained {
                 centroid_m: Vec3::new(0.08, 0.03, 0.0),
-                centroid_sd_m: Vec3::zeros(),
+                centroid_sd_m: None,
                 radius_m: 0.007,
                 stiffness_n_per_m: None,
             },

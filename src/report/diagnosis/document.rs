@@ -104,18 +104,29 @@ struct ReadingEntry {
     held_out_chi2_per_dof: Option<f64>,
 }
 
-/// A patch, by the keys of `fit.json`.
+/// A patch, by those keys of `fit.json` that a diagnosis knows: no bound of what glue holds.
 #[derive(Serialize)]
-struct PatchEntry {
-    /// `springs` or `glued`.
-    kind: &'static str,
+#[serde(tag = "kind", rename_all = "lowercase")]
+enum PatchEntry {
+    Springs {
+        #[serde(flatten)]
+        place: PlaceEntry,
+        stiffness_n_per_m: Option<f64>,
+        sd: Option<f64>,
+    },
+    Glued {
+        #[serde(flatten)]
+        place: PlaceEntry,
+    },
+}
+
+#[derive(Serialize)]
+struct PlaceEntry {
     centroid_m: [f64; 3],
-    centroid_sd_m: [f64; 3],
+    /// `null` where it stays where a fit has found it.
+    centroid_sd_m: Option<[f64; 3]>,
     radius_m: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stiffness_n_per_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sd: Option<f64>,
+    radius_estimated: bool,
 }
 
 #[derive(Serialize)]
@@ -218,14 +229,15 @@ impl ReadingEntry {
 
 impl PatchEntry {
     fn new(patch: &Restrained) -> Self {
-        let springs = patch.stiffness_n_per_m;
-        Self {
-            kind: if springs.is_some() { "springs" } else { "glued" },
+        let place = PlaceEntry {
             centroid_m: patch.centroid_m.into(),
-            centroid_sd_m: patch.centroid_sd_m.into(),
+            centroid_sd_m: patch.centroid_sd_m.map(Into::into),
             radius_m: patch.radius_m,
-            stiffness_n_per_m: springs.and_then(|own| known(own.value)),
-            sd: springs.and_then(|own| known(own.sd)),
+            radius_estimated: patch.stiffness_n_per_m.is_none(),
+        };
+        match patch.stiffness_n_per_m {
+            Some(own) => Self::Springs { place, stiffness_n_per_m: known(own.value), sd: known(own.sd) },
+            None => Self::Glued { place },
         }
     }
 }
@@ -277,28 +289,26 @@ mod tests {
     use super::*;
     use crate::diagnose::StiffeningLaw;
 
-    /// Springs have a stiffness, glue has none, not even an empty one.
+    /// Springs have a stiffness, `null` where it is not known; glue has none.
     #[test]
     fn patches_are_written_by_their_kind() {
         let springs = Restrained {
             centroid_m: Vec3::new(0.12, 0.05, 0.0),
-            centroid_sd_m: Vec3::new(1e-4, 2e-4, 0.0),
+            centroid_sd_m: Some(Vec3::new(1e-4, 2e-4, 0.0)),
             radius_m: 0.005,
-            stiffness_n_per_m: Some(Estimate { value: 62.5, sd: 2.5 }),
+            stiffness_n_per_m: Some(Estimate { value: 62.5, sd: f64::NAN }),
         };
         let written = |patch| json!(PatchEntry::new(&patch));
-        let place =
-            json!({ "centroid_m": [0.12, 0.05, 0.0], "centroid_sd_m": [1e-4, 2e-4, 0.0], "radius_m": 0.005 });
-        let with = |more: Value| {
-            let all = [&place, &more].into_iter().filter_map(Value::as_object).flatten();
-            Value::Object(all.map(|(key, value)| (key.clone(), value.clone())).collect())
-        };
-        let expected = json!({ "kind": "springs", "stiffness_n_per_m": 62.5, "sd": 2.5 });
-        assert_eq!(written(springs), with(expected));
-        assert_eq!(
-            written(Restrained { stiffness_n_per_m: None, ..springs }),
-            with(json!({ "kind": "glued" }))
-        );
+        let expected = json!({
+            "kind": "springs", "centroid_m": [0.12, 0.05, 0.0], "centroid_sd_m": [1e-4, 2e-4, 0.0],
+            "radius_m": 0.005, "radius_estimated": false, "stiffness_n_per_m": 62.5, "sd": null,
+        });
+        assert_eq!(written(springs), expected);
+        let expected = json!({
+            "kind": "glued", "centroid_m": [0.12, 0.05, 0.0], "centroid_sd_m": null,
+            "radius_m": 0.005, "radius_estimated": true,
+        });
+        assert_eq!(written(Restrained { stiffness_n_per_m: None, centroid_sd_m: None, ..springs }), expected);
     }
 
     /// The catalogue gives the law beside the parameter, as a word.

@@ -21,21 +21,24 @@ pub(super) fn before_after(diagnosis: &Diagnosis) -> String {
     table(&["", "Nothing left out", "With what is blamed"], rows.iter().map(Vec::as_slice))
 }
 
-/// Where restraint acts with what is blamed, and how stiff it is; a sentence where there is none.
+/// Where restraint acts, and how stiff it is; a sentence where none was found.
 pub(super) fn restraint(diagnosis: &Diagnosis) -> String {
     if diagnosis.extended.restraint.is_empty() {
-        return "<p class=\"note\">No restraint acts.</p>".to_owned();
+        return "<p class=\"note\">No restraint was found on the searched surface.</p>".to_owned();
     }
     let row = |patch: &Restrained| {
         let at = |axis: usize| {
-            let (value, sd) = (1e3 * patch.centroid_m[axis], 1e3 * patch.centroid_sd_m[axis]);
-            if sd > 0.0 { format!("{value:.1} ± {sd:.1}") } else { format!("{value:.1}") }
+            let value = 1e3 * patch.centroid_m[axis];
+            match patch.centroid_sd_m.map(|sd| 1e3 * sd[axis]).filter(|sd| *sd > 0.0) {
+                Some(sd) => format!("{value:.2} ± {sd:.2}"),
+                None => format!("{value:.2}"),
+            }
         };
-        [held(patch), at(0), at(1), at(2), format!("{:.1}", 1e3 * patch.radius_m)]
+        let how = if patch.stiffness_n_per_m.is_some() { " (assumed)" } else { "" };
+        [held(patch), at(0), at(1), at(2), format!("{:.1}{how}", 1e3 * patch.radius_m)]
     };
     let rows: Vec<[String; 5]> = diagnosis.extended.restraint.iter().map(row).collect();
-    let head = ["Restraint with what is blamed", "x, mm", "y, mm", "z, mm", "radius, mm"];
-    table(&head, rows.iter().map(|r| r.as_slice()))
+    table(&["Restraint", "x, mm", "y, mm", "z, mm", "radius, mm"], rows.iter().map(|r| r.as_slice()))
 }
 
 /// How a patch holds: `springs, 62.5 ± 2.5 N/m`.
