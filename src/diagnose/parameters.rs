@@ -2,7 +2,6 @@
 
 use super::bulk::BulkKnob;
 use super::diagnosis::{Estimate, Found, Parameter, Reading};
-use super::error::DiagnoseError;
 use super::gains::common_gain;
 use super::knob::Knob;
 use super::law::law_of;
@@ -128,17 +127,18 @@ pub(super) fn spread(
     by_chance.max(0.0).sqrt().hypot(moved_by_model(model, fitted, covariance, gradient))
 }
 
-/// The springs together (N/m).
+/// The springs together (N/m); `elements` is what these get wrong of them (relative).
 pub(super) fn springs(
     model: &Model<'_>,
     fitted: &Fitted,
     covariance: &DMatrix<f64>,
-) -> Result<Estimate, DiagnoseError> {
+    elements: f64,
+) -> Estimate {
     let acts = |patch: &usize| !fitted.acting.without.contains(patch);
     let own = (0..model.patches()).filter(acts).filter_map(|patch| model.patch_n_per_m(patch, &fitted.at));
     let (value, gradient) =
         own.fold((0.0, DVector::zeros(fitted.at.len())), |(sum, by), (own, of_own)| (sum + own, by + of_own));
-    Ok(stiffness(model, fitted, covariance, value, &gradient, model.settled.springs_error()?))
+    stiffness(model, fitted, covariance, value, &gradient, elements)
 }
 
 /// Standard deviation of what follows the parameters by this `gradient`, by what elements and simplified laws leave of the effects' own: each

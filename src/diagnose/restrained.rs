@@ -1,38 +1,37 @@
 //! Where a reading has restraint, and how stiff it is.
 
 use super::diagnosis::Restrained;
-use super::error::DiagnoseError;
 use super::model::Model;
 use super::parameters::{spread, stiffness};
 use super::refit::Fitted;
 use crate::geometry::Vec3;
-use crate::inverse::Parameter;
+use crate::inverse::{Parameter, PatchErrors};
 use nalgebra::{DMatrix, DVector};
 
-/// The patches that act in a reading; `covariance` is that of all that is fitted.
+/// The patches that act in a reading; `covariance` is that of all that is fitted, `elements` what these get wrong of every patch.
 pub(super) fn restrained(
     model: &Model<'_>,
     fitted: &Fitted,
     covariance: &DMatrix<f64>,
-) -> Result<Vec<Restrained>, DiagnoseError> {
-    let errors = model.settled.patch_errors()?;
+    elements: &[PatchErrors],
+) -> Vec<Restrained> {
     let found = &model.settled.at.state.patches;
     let acts = |patch: &usize| !fitted.acting.without.contains(patch);
     let patches = (0..found.len()).filter(acts).map(|patch| {
-        let (of_place, of_stiffness) = errors[patch];
+        let PatchErrors { centroid_m, springs: of_springs } = elements[patch];
         let Moved { by_m, larger, gradients } = moved(model.baseline(), patch, &fitted.at);
         let springs = model.patch_n_per_m(patch, &fitted.at);
         Restrained {
             centroid_m: model.settled.problem.on_the_surface(&(found[patch].centre + by_m)),
             centroid_sd_m: gradients.map(|by| {
-                Vec3::from_fn(|axis, _| spread(model, fitted, covariance, &by[axis]).hypot(of_place[axis]))
+                Vec3::from_fn(|axis, _| spread(model, fitted, covariance, &by[axis]).hypot(centroid_m[axis]))
             }),
             radius_m: found[patch].radius_m * larger,
             stiffness_n_per_m: springs
-                .map(|(value, by)| stiffness(model, fitted, covariance, value, &by, of_stiffness)),
+                .map(|(value, by)| stiffness(model, fitted, covariance, value, &by, of_springs)),
         }
     });
-    Ok(patches.collect())
+    patches.collect()
 }
 
 /// How a patch differs from the one that was found.

@@ -415,11 +415,11 @@ fn reading(
     let modulus = fitted.at[0].exp();
     let mut by_modulus = DVector::zeros(fitted.at.len());
     by_modulus[0] = modulus;
-    let elements = model.settled.modulus_error()?;
+    let elements = model.settled.element_errors()?;
     Ok(Reading {
-        young_modulus_pa: stiffness(model, fitted, covariance, modulus, &by_modulus, elements),
-        restraint_total_n_per_m: springs(model, fitted, covariance)?,
-        restraint: restrained(model, fitted, covariance)?,
+        young_modulus_pa: stiffness(model, fitted, covariance, modulus, &by_modulus, elements.modulus),
+        restraint_total_n_per_m: springs(model, fitted, covariance, elements.springs),
+        restraint: restrained(model, fitted, covariance, &elements.patches),
         chi2_per_dof: fitted.chi2() / fitted.values().saturating_sub(parameters).max(1) as f64,
         held_out_chi2_per_dof: held_out.iter().sum::<f64>() / fitted.values().max(1) as f64,
     })

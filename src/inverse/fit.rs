@@ -8,10 +8,11 @@
 
 use super::candidates::candidates;
 use super::discretised::{FIXED, finer, first_mesh, level, tips};
+use super::elements::Elements;
 use super::error::InverseError;
 use super::evidence::{Driven, Evidence};
 use super::found::Ground;
-use super::outcome::{Elements, Settled, outcome};
+use super::outcome::{Settled, outcome};
 use super::problem::{Linearised, Problem, State};
 use super::result::Fit;
 use super::search::search;

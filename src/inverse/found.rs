@@ -2,11 +2,12 @@
 
 use super::candidates::Candidate;
 use super::discretised::{self, close_to_sides, tips};
+use super::elements::Elements;
 use super::error::InverseError;
 use super::evidence::Evidence;
 use super::fit::Settings;
 use super::limit::{Finer, settle};
-use super::outcome::{Elements, Settled};
+use super::outcome::Settled;
 use super::problem::{Linearised, Problem, State};
 use super::refit::where_answered;
 use super::residual::Whitening;

@@ -1,13 +1,14 @@
 //! From a converged state to what is reported: deviations, bounds, what is left, and what cannot be told.
 
 use super::candidates::Candidate;
+use super::elements::{Elements, centroid_sd, discretisation_covariance};
 use super::error::InverseError;
 use super::evidence::Evidence;
 use super::fit::Settings;
 use super::forward::Forward;
 use super::limit::Finer;
 use super::problem::{Linearised, Parameter, Problem};
-use super::restraint::{Mounted, Restraint};
+use super::restraint::Restraint;
 use super::result::{Discretisation, Estimate, Fit, FitMethod, Patch, PatchKind};
 use super::rows::{Left, leftovers};
 use super::search::MOST_PATCHES;
@@ -15,7 +16,6 @@ use super::sway::swaying;
 use super::view::poke_views;
 use super::wander::zero_sd_n;
 use crate::fem::{Order, disc_self_compliance};
-use crate::geometry::Vec3;
 use crate::observation::Recording;
 use crate::units::{newtons_per_metre, pascals};
 use nalgebra::{DMatrix, DVector};
@@ -40,93 +40,6 @@ pub struct Settled<'a> {
     pub finer: Option<&'a Arc<Finer>>,
     /// Where patches were looked for.
     pub(super) places: &'a [Candidate],
-}
-
-/// Share of the step from the finest discretisation to the extrapolated limit that is taken as the standard
-/// deviation of the error left. Why: the extrapolation assumes that the error falls with the element size, while
-/// the size is followed by an unstructured mesh only to about a quarter.
-const LEFT_OF_EXTRAPOLATION: f64 = 0.25;
-
-/// Relative standard deviation of the stiffness of all springs alike, beside the rest of [`discretisation_covariance`]: on four concealed slabs
-/// for which less than one per cent would have been stated they were off by 0.1 to 2.1 % (1.5 % root mean square).
-const SPRINGS: f64 = 0.015;
-
-/// Relative standard deviation of the stiffness under a tip that elements leave.
-///
-/// Extrapolated: six meshes of 10, 7 and 5 mm, three of them shifted by half an element, leave 0.038 % at a site, of which 0.033 % are
-/// common to three sites (root mean square, `what_the_pair_of_a_fit_leaves` in `tests/verification/linear_mesh.rs`), so that 0.02 % are
-/// a site's own; a site is given half as much again, as tips come closer to edges than there. A quick fit stays on the given
-/// mesh; on slabs with free glue ends its error was up to the common figure where that mesh was as fine there as the
-/// first level, and it grows with the edges; where springs pull close to that end its error reached their disc's own compliance too,
-/// by 0.09 of it (root mean square of the nine springs found in their places on sixteen drawn slabs). P1, offered for
-/// comparison, locks.
-pub(super) struct Elements {
-    /// Of one reading of force, taken while patches are searched for: cautious, because what is not carried
-    /// here is explained by patches.
-    pub(super) search: f64,
-    /// Of one reading of force, at least.
-    pub(super) site: f64,
-    /// Common to all sites.
-    common: f64,
-    /// Of a patch's own compliance, relative to the local compliance of its disc.
-    patch: f64,
-}
-
-impl Settled<'_> {
-    /// What the elements may get wrong of the modulus: one standard deviation, relative.
-    ///
-    /// # Errors
-    /// As for the fit.
-    pub fn modulus_error(&self) -> Result<f64, InverseError> {
-        Ok(discretisation_covariance(self)?[(0, 0)].sqrt())
-    }
-
-    /// And of the stiffness of all springs together, likewise; zero where there are none.
-    ///
-    /// # Errors
-    /// As for the fit.
-    pub fn springs_error(&self) -> Result<f64, InverseError> {
-        Ok(springs_error(self.at, &discretisation_covariance(self)?, |_| true))
-    }
-
-    /// And of every patch: of its centre along x, y and z (m), and of the stiffness of its own springs (relative; zero of glue).
-    ///
-    /// # Errors
-    /// As for the fit.
-    pub fn patch_errors(&self) -> Result<Vec<(Vec3, f64)>, InverseError> {
-        let (at, covariance) = (self.at, discretisation_covariance(self)?);
-        let of = |p| (centroid_sd(at, &covariance, p), springs_error(at, &covariance, |other| other == p));
-        Ok((0..at.state.patches.len()).map(of).collect())
-    }
-}
-
-/// Standard deviation of the stiffness of some patches' springs together, relative; zero where they have none.
-fn springs_error(at: &Linearised, covariance: &DMatrix<f64>, of: impl Fn(usize) -> bool) -> f64 {
-    let mut gradient = DVector::zeros(at.parameters.len());
-    for (i, parameter) in at.parameters.iter().enumerate() {
-        if let Parameter::LogSoftness(p) = parameter
-            && of(*p)
-        {
-            let stiffness = at.state.modulus / at.state.patches[*p].softness;
-            gradient[0] += stiffness;
-            gradient[i] -= stiffness;
-        }
-    }
-    let total = gradient[0];
-    if total == 0.0 { 0.0 } else { gradient.dot(&(covariance * &gradient)).max(0.0).sqrt() / total }
-}
-
-impl Elements {
-    /// For these settings, on a given mesh of this [`coarseness`](crate::fem::coarseness).
-    pub(super) fn of(settings: &Settings, coarseness: f64) -> Self {
-        match (settings.element, settings.quick) {
-            (Order::P1, _) => Self { search: 0.05, site: 0.05, common: 0.2, patch: 0.2 },
-            (Order::P2, true) => {
-                Self { search: 3e-3, site: 3e-3, common: 0.02 * coarseness.max(1.0), patch: 0.1 }
-            }
-            (Order::P2, false) => Self { search: 3e-3, site: 3e-4, common: 3.5e-4, patch: 0.0 },
-        }
-    }
 }
 
 /// A softness closer to zero than this many deviations cannot be told from glue (95 %, one-sided).
@@ -184,7 +97,7 @@ pub fn outcome(found: &Settled<'_>) -> Result<Fit, InverseError> {
         let found_patch = Patch {
             kind,
             centroid_m: patch.centre,
-            centroid_sd_m: centroid_sd(at, &covariance, p),
+            centroid_sd_m: centroid_sd(&at.parameters, &covariance, p),
             radius_m: patch.radius_m,
             radius_estimated: patch.glued,
             stiffness_bound_n_per_m: springs.and_then(|i| {
@@ -255,58 +168,6 @@ fn like_glue(found: &Settled<'_>, patch: &Restraint, sd: f64) -> bool {
     patch.softness < local && sd * ONE_SIDED_95 >= 1.0
 }
 
-/// Standard deviation of a patch's centre along x, y and z (m).
-fn centroid_sd(at: &Linearised, covariance: &DMatrix<f64>, patch: usize) -> Vec3 {
-    let shifts: Vec<(usize, Vec3)> = at
-        .parameters
-        .iter()
-        .enumerate()
-        .filter_map(|(i, parameter)| match parameter {
-            Parameter::Shift(p, tangent) if *p == patch => Some((i, *tangent)),
-            _ => None,
-        })
-        .collect();
-    Vec3::from_fn(|axis, _| {
-        let mut variance = 0.0;
-        for (i, s) in &shifts {
-            for (j, t) in &shifts {
-                variance += s[axis] * covariance[(*i, *j)] * t[axis];
-            }
-        }
-        variance.max(0.0).sqrt()
-    })
-}
-
-/// Covariance of the parameters from what discretisation leaves besides what the whitening carries: the error common to
-/// all sites, which is one of the modulus, that of each patch's own compliance, one of all springs alike, and part of the
-/// step from the finest discretisation to the extrapolated limit, as an error of all parameters together.
-fn discretisation_covariance(found: &Settled<'_>) -> Result<DMatrix<f64>, InverseError> {
-    let (at, problem) = (found.at, found.problem);
-    let n = at.parameters.len();
-    let mut covariance = DMatrix::zeros(n, n);
-    covariance[(0, 0)] += found.elements.common.powi(2);
-    for (i, parameter) in at.parameters.iter().enumerate() {
-        if let Parameter::LogSoftness(p) = parameter {
-            let patch = &at.state.patches[*p];
-            let [_, local] = disc_self_compliance(patch.radius_m, problem.bench.model.poisson_ratio());
-            covariance[(i, i)] += (found.elements.patch * local / patch.softness).powi(2);
-        }
-    }
-    let springs = at.parameters.iter().map(|p| f64::from(u8::from(matches!(p, Parameter::LogSoftness(_)))));
-    let springs = DVector::from_iterator(n, springs) * SPRINGS;
-    covariance += &springs * springs.transpose();
-    if let Some(correction) = &problem.correction {
-        let patches = &at.state.patches;
-        let mut finest = Mounted::new(&problem.bench, &problem.search, patches)?;
-        correction.finest.add_to(&mut finest.blocks, patches, &finest.groups);
-        let step = problem.residual(&finest, at.state.modulus)? - &at.residual;
-        let normal = (at.jacobian.transpose() * &at.jacobian).cholesky().ok_or(FLAT)?;
-        let left = normal.solve(&(at.jacobian.transpose() * step)) * LEFT_OF_EXTRAPOLATION;
-        covariance += &left * left.transpose();
-    }
-    Ok(covariance)
-}
-
 /// Covariance of the parameters from the noise of the wrench, where that drives the model.
 fn driving_covariance(found: &Settled<'_>) -> Result<DMatrix<f64>, InverseError> {
     let (at, problem) = (found.at, found.problem);
@@ -319,7 +180,7 @@ fn driving_covariance(found: &Settled<'_>) -> Result<DMatrix<f64>, InverseError>
     Ok(covariance)
 }
 
-const FLAT: InverseError =
+pub(super) const FLAT: InverseError =
     InverseError::Undetermined { why: "a direction of the parameters changes no reading" };
 
 /// The Cramér–Rao bound with the support known: places held, modulus and softness free, noise as stated.
