@@ -29,6 +29,10 @@ impl<T, const MOST: usize> Kept<T, MOST> {
         }
         let made = Arc::new(make()?);
         let mut kept = kept();
+        // Who made the same meanwhile must not cost another its place.
+        if let Some(known) = kept.iter().find(|known| asked(known)) {
+            return Ok(Arc::clone(known));
+        }
         if kept.len() == MOST {
             kept.pop_front();
         }
@@ -58,5 +62,17 @@ mod tests {
         }
         assert_eq!([get(-1), get(-1)], [Err("no such number"); 2]);
         assert_eq!(made, [1, 2, 3, 1, -1, -1]);
+    }
+
+    /// Asked for again while it is made, as another thread may: kept once, and what was kept before stays.
+    #[test]
+    fn what_is_made_twice_is_kept_once() {
+        let kept = Kept::<i32, 2>::default();
+        let get = |n: i32| kept.get(|known| *known == n, || Ok::<_, ()>(n)).map(|found| *found);
+        assert_eq!(get(1), Ok(1));
+        let twice = kept.get(|known| *known == 2, || get(2));
+        assert_eq!(twice.map(|found| *found), Ok(2));
+        let known = kept.get(|known| *known == 1, || Err("not kept"));
+        assert_eq!(known.map(|found| *found), Ok(1));
     }
 }

@@ -134,13 +134,13 @@ pub struct LoadedDisc {
     /// Poisson's ratio.
     poisson_ratio: f64,
     /// Rules over the disc for each row of [`FAR`]: most points of a body are far from most discs.
-    far: [Vec<[f64; 3]>; 3],
+    far: [Vec<[f64; 3]>; FAR.len()],
     /// Rule over a cell each way, where a point is close.
     cell_rule: Vec<(f64, f64)>,
 }
 
 /// From which distance (in radii) how many rings of how many points integrate the disc to 10⁻³ of its stress.
-const FAR: [(f64, usize, usize); 3] = [(5.0, 1, 6), (2.5, 2, 8), (1.5, 3, 10)];
+const FAR: [(f64, usize, usize); 5] = [(13.0, 1, 3), (7.0, 1, 4), (5.0, 1, 6), (2.5, 2, 8), (1.5, 3, 10)];
 
 /// Places and weights (sum 1) of a rule over a disc.
 fn rule(profile: Profile, radius: f64, rings: usize, around: usize) -> Vec<[f64; 3]> {
@@ -390,6 +390,33 @@ mod tests {
             let s = stress(&tensor(&disc.gradient(&Vec3::new(0.0, 0.0, z)), 2), NU);
             let exact = -(1.0 - z.powi(3) / (a * a + z * z).powf(1.5)) / (PI * a * a);
             assert!((s[(2, 2)] / exact - 1.0).abs() < 1e-3, "z = {z}: {} {exact}", s[(2, 2)]);
+        }
+    }
+
+    /// Just beyond each distance at which the rule changes, all round, against one of many points.
+    #[test]
+    fn the_rule_is_as_exact_at_every_distance_and_all_round() {
+        for profile in [Profile::Uniform, Profile::Rigid] {
+            let disc = LoadedDisc::new(1.0, profile, NU);
+            let many = rule(profile, 1.0, 10, 40);
+            for (from, ..) in FAR {
+                for (polar, around) in (0..6).flat_map(|p| (0..7).map(move |a| (p, a))) {
+                    let (height, angle) = ((0.05 + 0.18 * f64::from(polar)).sin(), 0.9 * f64::from(around));
+                    let level = (1.0 - height * height).sqrt();
+                    let direction = Vec3::new(level * angle.cos(), level * angle.sin(), height);
+                    // So far from the rim along the surface, and a little farther above it.
+                    let r = direction * (1.001 * from + level);
+                    let mut exact = [Mat3::zeros(); 3];
+                    for &[x, y, weight] in &many {
+                        let own = point_gradient(&(r - Vec3::new(x, y, 0.0)), NU);
+                        exact.iter_mut().zip(own).for_each(|(sum, g)| *sum += g * weight);
+                    }
+                    let largest = exact.iter().map(Mat3::amax).fold(0.0, f64::max);
+                    for (own, exact) in disc.gradient(&r).iter().zip(&exact) {
+                        assert!((own - exact).amax() < 1e-3 * largest, "{profile:?} {from} {direction}");
+                    }
+                }
+            }
         }
     }
 
