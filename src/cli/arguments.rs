@@ -29,12 +29,12 @@ use clap::{Parser, Subcommand};
     name = "phantom-rig",
     version,
     arg_required_else_help = true,
-    after_help = "Exit codes: 0 good; 1 failed, nothing written; 2 usage; 3 finished, but degraded; 130 interrupted.
+    after_help = "Exit codes: 0 good; 1 failed, nothing written (a run keeps its session); 2 usage; 3 finished, but degraded; 130 interrupted.
 
 Examples:
-  phantom-rig fit recordings/practice-01 --out results/01
-  phantom-rig diagnose recordings/practice-02 --out results/02
-  phantom-rig check recordings/practice-01
+  phantom-rig fit rigs/demo --out results/demo
+  phantom-rig diagnose rigs/demo --out results/demo-diagnosis
+  phantom-rig check rigs/demo
   phantom-rig mesh block --size-mm 150x100x25 --cells 30x20x5 \\
       --fixed 'z-,x<60mm' --search 'z-,x>60mm' --observed z+ slab.msh"
 )]

@@ -13,8 +13,8 @@ use std::path::PathBuf;
 /// (exit code 3).
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  phantom-rig check recordings/practice-01
-  phantom-rig check --json recordings/practice-01 > practice-01.json")]
+  phantom-rig check rigs/demo
+  phantom-rig check --json rigs/demo > demo.json")]
 pub(super) struct CheckArguments {
     /// The bundle: a folder with recording.toml, mesh.msh, pokes.csv, force.csv, markers.csv
     #[arg(value_name = "BUNDLE")]

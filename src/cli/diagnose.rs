@@ -21,12 +21,12 @@ use std::path::{Path, PathBuf};
 /// catalogue explains the recording, several entries do, or the confidence is below 90 %.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  phantom-rig diagnose recordings/practice-02
-  phantom-rig diagnose recordings/practice-02 --out results/02 --quick
-  phantom-rig diagnose recordings/practice-02 --false-alarm 0.001
+  phantom-rig diagnose rigs/demo
+  phantom-rig diagnose rigs/demo --out results/demo --quick
+  phantom-rig diagnose rigs/demo --false-alarm 0.001
   phantom-rig diagnose proofs/1/recordings/draw-0004 --continue 'phantom-rig bench proofs/1 draw-0004'
   phantom-rig diagnose monday-bundle --rig rigs/sim.toml --continue 'phantom-rig poke sessions/monday --rig rigs/sim.toml'
-  phantom-rig diagnose recordings/practice-02 --print-only --json > 02.json")]
+  phantom-rig diagnose rigs/demo --print-only --json > demo.json")]
 pub(super) struct DiagnoseArguments {
     /// The bundle: a folder with recording.toml, mesh.msh, pokes.csv, force.csv, markers.csv
     #[arg(value_name = "BUNDLE")]

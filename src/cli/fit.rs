@@ -22,10 +22,10 @@ use std::path::{Path, PathBuf};
 /// operator expects: the figures are then not to be trusted.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  phantom-rig fit recordings/practice-01
-  phantom-rig fit recordings/practice-01 --out results/01 --quick
-  phantom-rig fit recordings/practice-01 --element p1 --json > p1.json
-  phantom-rig fit recordings/practice-01 --method published --out results/published")]
+  phantom-rig fit rigs/demo
+  phantom-rig fit rigs/demo --out results/demo --quick
+  phantom-rig fit rigs/demo --element p1 --json > p1.json
+  phantom-rig fit rigs/demo --method published --out results/published")]
 pub(super) struct FitArguments {
     /// The bundle: a folder with recording.toml, mesh.msh, pokes.csv, force.csv, markers.csv
     #[arg(value_name = "BUNDLE")]

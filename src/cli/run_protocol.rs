@@ -152,10 +152,12 @@ pub(super) fn said(folder: &Path, recorded: &RecordedRun) -> Outcome {
             });
             let text = format!(
                 "stopped after {} of {steps} steps: {}\n{sent}; {}\n\
-                 the stage stays latched: look at the bench, then go on with the same command and --resume --clear",
+                 the stage stays latched: look at the bench, then go on with the same command and \
+                 --out {} --resume --clear",
                 ran.steps,
                 told(stopped, ran),
-                whereabouts(stopped)
+                whereabouts(stopped),
+                folder.display()
             );
             (Exit::Failed, text)
         }
