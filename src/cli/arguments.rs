@@ -32,8 +32,8 @@ use clap::{Parser, Subcommand};
     after_help = "Exit codes: 0 good; 1 failed, nothing written (a run keeps its session); 2 usage; 3 finished, but degraded; 130 interrupted.
 
 Examples:
-  phantom-rig fit rigs/demo --out results/demo
-  phantom-rig diagnose rigs/demo --out results/demo-diagnosis
+  phantom-rig fit rigs/demo --out demo-fit
+  phantom-rig diagnose rigs/demo --out demo-diagnosis
   phantom-rig check rigs/demo
   phantom-rig mesh block --size-mm 150x100x25 --cells 30x20x5 \\
       --fixed 'z-,x<60mm' --search 'z-,x>60mm' --observed z+ slab.msh"

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig diagnose rigs/demo
-  phantom-rig diagnose rigs/demo --out results/demo --quick
+  phantom-rig diagnose rigs/demo --out demo-quick-diagnosis --quick
   phantom-rig diagnose rigs/demo --false-alarm 0.001
   phantom-rig diagnose proofs/1/recordings/draw-0004 --continue 'phantom-rig bench proofs/1 draw-0004'
   phantom-rig diagnose monday-bundle --rig rigs/sim.toml --continue 'phantom-rig poke sessions/monday --rig rigs/sim.toml'

@@ -23,9 +23,9 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   phantom-rig fit rigs/demo
-  phantom-rig fit rigs/demo --out results/demo --quick
+  phantom-rig fit rigs/demo --out demo-quick --quick
   phantom-rig fit rigs/demo --element p1 --json > p1.json
-  phantom-rig fit rigs/demo --method published --out results/published")]
+  phantom-rig fit rigs/demo --method published --out demo-published")]
 pub(super) struct FitArguments {
     /// The bundle: a folder with recording.toml, mesh.msh, pokes.csv, force.csv, markers.csv
     #[arg(value_name = "BUNDLE")]

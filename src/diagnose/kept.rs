@@ -24,14 +24,15 @@ impl<T, const MOST: usize> Kept<T, MOST> {
     ) -> Result<Arc<T>, E> {
         // A panic elsewhere leaves whole entries only.
         let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = kept().iter().find(|known| asked(known)) {
-            return Ok(Arc::clone(known));
+        let find = |kept: &VecDeque<Arc<T>>| kept.iter().find(|known| asked(known)).map(Arc::clone);
+        if let Some(known) = find(&kept()) {
+            return Ok(known);
         }
         let made = Arc::new(make()?);
         let mut kept = kept();
         // Who made the same meanwhile must not cost another its place.
-        if let Some(known) = kept.iter().find(|known| asked(known)) {
-            return Ok(Arc::clone(known));
+        if let Some(known) = find(&kept) {
+            return Ok(known);
         }
         if kept.len() == MOST {
             kept.pop_front();

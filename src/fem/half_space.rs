@@ -404,7 +404,7 @@ mod tests {
                     let (height, angle) = ((0.05 + 0.18 * f64::from(polar)).sin(), 0.9 * f64::from(around));
                     let level = (1.0 - height * height).sqrt();
                     let direction = Vec3::new(level * angle.cos(), level * angle.sin(), height);
-                    // So far from the rim along the surface, and a little farther above it.
+                    // So far from the rim, or a little farther.
                     let r = direction * (1.001 * from + level);
                     let mut exact = [Mat3::zeros(); 3];
                     for &[x, y, weight] in &many {

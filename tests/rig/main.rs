@@ -95,6 +95,7 @@ fn stopped_and_gone_on_with() {
     );
     assert_eq!(code, 1, "{told}");
     assert!(told.contains("stopped by hand") && told.contains("the stop was on its way after"), "{told}");
+    assert!(told.contains(&format!("--out {session} --resume --clear")), "{told}");
     let (code, text, _) = run(&["session", "info", session]);
     assert!(code == 3 && text.contains("ABORTED: stopped by hand"), "{text}");
     assert!(text.contains("1 poke finished"), "{text}");
