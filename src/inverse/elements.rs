@@ -4,6 +4,7 @@ use super::error::InverseError;
 use super::fit::Settings;
 use super::outcome::{FLAT, Settled};
 use super::problem::{Parameter, State};
+use super::refit::where_answered;
 use super::restraint::Mounted;
 use crate::fem::{Order, disc_self_compliance};
 use crate::geometry::Vec3;
@@ -152,9 +153,16 @@ pub(super) fn discretisation_covariance(found: &Settled<'_>) -> Result<DMatrix<f
     covariance += &springs * springs.transpose();
     if let Some(correction) = &problem.correction {
         let patches = &at.state.patches;
-        let mut finest = Mounted::new(&problem.bench, &problem.search, patches)?;
+        let first = Mounted::new(&problem.bench, &problem.search, patches)?;
+        let mut finest = first.clone();
         correction.finest.add_to(&mut finest.blocks, patches, &finest.groups);
-        let step = problem.residual(&finest, at.state.modulus)? - &at.residual;
+        // A correction that was made for patches elsewhere need not leave a compliance of the finest discretisation, though it does
+        // of the limit. Then the step from the first is taken, which is longer.
+        let from = match where_answered(problem.residual(&finest, at.state.modulus))? {
+            Some(from) => from,
+            None => problem.residual(&first, at.state.modulus)?,
+        };
+        let step = from - &at.residual;
         let normal = (at.jacobian.transpose() * &at.jacobian).cholesky().ok_or(FLAT)?;
         let left = normal.solve(&(at.jacobian.transpose() * step)) * LEFT_OF_EXTRAPOLATION;
         covariance += &left * left.transpose();

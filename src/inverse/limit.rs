@@ -187,7 +187,57 @@ impl Difference {
 
 #[cfg(test)]
 mod tests {
+    use super::super::evidence::{Driven, Evidence};
     use super::*;
+    use crate::fem::{Model, Order};
+    use crate::mesh::{Block, block};
+    use crate::observation::Noise;
+    use nalgebra::DMatrix;
+
+    /// A correction lends no answer to a model that has none: what it was made for stood elsewhere.
+    #[test]
+    fn a_model_without_an_answer_is_not_corrected_to_one() {
+        let mesh = block(&Block { size_m: [0.1, 0.1, 0.03], cells: [5, 5, 2] }).expect("a block");
+        let model = Model::new(&mesh, Order::P1, 0.3, "z-").expect("held");
+        let search = model.space().surface("z+").to_vec();
+        let bench = Bench::new(model, vec![], vec![], &[], Driven::ByStage, None).expect("a bench");
+        let noise = Noise { force_n: [1.0; 3], torque_nm: [1.0; 3], marker_m: [1.0; 3], stage_m: [1.0; 3] };
+        let evidence = Evidence {
+            driven: Driven::ByStage,
+            sites: Vec::new(),
+            lifts: Vec::new(),
+            rest: Vec::new(),
+            noise,
+            measured_over_stated: [1.0; 2],
+            sway_m2: [0.0; 3],
+            wander: 0.0,
+        };
+        let mut problem = Problem::new(&evidence, bench, search, Vec::new(), 0.0).expect("a problem");
+        let patch = |softness: f64| Restraint {
+            centre: Vec3::new(0.05, 0.05, 0.03),
+            radius_m: 0.005,
+            softness,
+            glued: false,
+        };
+        let own = problem.mount(&[patch(0.0)]).expect("mounted").blocks.discs_discs.symmetric_eigenvalues();
+        // Softer by more than the body under it is stiff, and a correction that makes up for that.
+        let (sound, unsound) = ([patch(-0.5 * own.min())], [patch(-2.0 * own.max())]);
+        assert!(problem.mount(&unsound).is_ok(), "nothing is asked of a model that is not corrected");
+        let difference = || Difference {
+            blocks: Blocks {
+                sites: Vec::new(),
+                markers_discs: DMatrix::zeros(0, 3),
+                discs_discs: DMatrix::identity(3, 3) * (9.0 * own.max()),
+                markers_weight: DMatrix::zeros(0, 1),
+                discs_weight: DMatrix::zeros(3, 1),
+            },
+            patches: vec![(patch(0.0).centre, 0..3)],
+        };
+        let made_for = vec![patch(0.0)];
+        problem.correction = Some(Correction { limit: difference(), finest: difference(), made_for });
+        assert!(problem.mount(&sound).is_ok());
+        assert!(where_answered(problem.mount(&unsound)).expect("no other error").is_none());
+    }
 
     /// A correction is made anew for patches that have moved, grown, become glue, come or gone; not for a nudge.
     #[test]

@@ -156,9 +156,14 @@ impl<'a> Problem<'a> {
     }
 
     /// Puts restraint on the model.
+    ///
+    /// # Errors
+    /// [`InverseError::Undetermined`] where a model that is corrected has no answer by itself: a correction that was made for patches
+    /// elsewhere may lend it one.
     pub fn mount(&self, patches: &[Restraint]) -> Result<Mounted, InverseError> {
         let mut mounted = Mounted::new(&self.bench, &self.search, patches)?;
         if let Some(correction) = &self.correction {
+            self.forward(&mounted, 1.0)?;
             correction.limit.add_to(&mut mounted.blocks, patches, &mounted.groups);
         }
         Ok(mounted)
