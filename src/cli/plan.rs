@@ -12,7 +12,7 @@ use std::path::PathBuf;
 ///
 /// Travel, speed and acceleration of the stage, sites on the phantom, ways clear of it, depths, predicted forces and what a stop
 /// would still add, rest between pokes, and whether the phantom's mesh is there. Everything that speaks against it is listed; then the
-/// exit code is 1. It is 3 where a depth is probably not meant, where the calibration does not hold today, or where the pictures of pokes will
+/// exit code is 1. It is 3 where a depth is probably not meant, where the calibration does not hold today, or where pokes will
 /// give no markers. How much is recorded is an estimate. Opens no device.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

@@ -145,10 +145,17 @@ impl Planned {
         read.transpose()
     }
 
-    /// That the pictures of these pokes will give no markers, and what to do about it; nothing where they will, or where there is no camera.
+    /// That these pokes will give no markers, and what to do about it; nothing where they will.
     pub(super) fn unplaced(&self) -> anyhow::Result<Option<&'static str>> {
-        let known = self.rig.camera_is_known()?.filter(|_| !self.pokes().is_empty());
-        Ok(match known {
+        if self.pokes().is_empty() {
+            return Ok(None);
+        }
+        if !self.rig.records_markers() {
+            return Ok(Some(
+                "the rig file has no section [markers]: nobody looks at these pokes; rigs/sim-camera.toml shows that of a camera",
+            ));
+        }
+        Ok(match self.rig.camera_is_known()? {
             Some([false, _]) => Some(
                 "the rig file says nothing of the camera's lens: the pictures of these pokes will give no markers; \
                  `phantom-rig calibrate camera` makes a lens for it",
@@ -260,8 +267,10 @@ fn streams(rig: &RigFile) -> Vec<Stream> {
     let mut streams = vec![
         rate("force", force_hz, Rates { force_hz, ..none }),
         rate("stage", stage_hz, Rates { stage_hz, ..none }),
-        rate("markers", frames_hz, Rates { frames_hz, markers: MARKERS, ..none }),
     ];
+    if rig.records_markers() {
+        streams.push(rate("markers", frames_hz, Rates { frames_hz, markers: MARKERS, ..none }));
+    }
     if let Some((pixels, rate_hz)) = rig.pictures() {
         streams.push(Stream { name: "pictures", rate_hz, bytes: pixels as f64 * BYTES_PER_PIXEL });
     }

@@ -242,6 +242,11 @@ impl RigFile {
         Some((keys.size_px[0] * keys.size_px[1], keys.rate_hz))
     }
 
+    /// Whether anything says where markers are, or makes pictures of them.
+    pub fn records_markers(&self) -> bool {
+        self.keys.markers.is_some()
+    }
+
     /// Whether the depth camera's lens and place are known; none where there is no camera. Without both there are pictures, but no markers.
     ///
     /// # Errors

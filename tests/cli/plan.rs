@@ -84,6 +84,28 @@ fn pictures_that_give_no_markers_are_noted() {
     assert!(code == 0 && !text.contains("note:"), "{text}{stderr}");
 }
 
+/// A rig file without [markers], as those for real benches begin: nothing is said to be recorded of them, and why not.
+#[test]
+fn a_bench_without_markers_promises_none() {
+    let place = tempfile::tempdir().expect("a folder");
+    let text = fs::read_to_string(rigs().join("sim.toml")).expect("the rig file that comes with it");
+    let section = "[markers]                          # where marker positions come from; may be left out\nsource = \"simulated\"\n";
+    assert!(text.contains(section));
+    let rig = place.path().join("rig.toml");
+    let plan = |text: &str, name: &str| {
+        fs::write(&rig, text).expect("writable");
+        run(&["plan", utf8(&protocol(name)), "--rig", utf8(&rig)])
+    };
+    let (code, said, stderr) = plan(&text, "five-pokes.toml");
+    assert!(code == 0 && said.contains("markers 30/s"), "{said}{stderr}");
+    let blind = text.replacen(section, "", 1);
+    let (code, said, stderr) = plan(&blind, "five-pokes.toml");
+    assert!(code == 3 && said.contains("note: the rig file has no section [markers]"), "{said}{stderr}");
+    assert!(said.contains("stage 50/s; about"), "{said}");
+    let (code, said, stderr) = plan(&blind, "look.toml");
+    assert!(code == 0 && !said.contains("note:") && !said.contains("markers"), "{said}{stderr}");
+}
+
 /// Against what runs of these protocols left on the disk: 122.0 and 652.0 MB.
 #[test]
 fn what_will_be_recorded_is_about_what_was() {
