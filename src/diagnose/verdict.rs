@@ -2,7 +2,7 @@
 
 use super::beyond::Beyond;
 use super::bulk::BulkKnob;
-use super::confidence::{LEAST_CONFIDENCE, PLAIN_SD, confidence, nothing_left_out, unlisted};
+use super::confidence::{LEAST_CONFIDENCE, NEAR, PLAIN_SD, confidence, nothing_left_out, unlisted};
 use super::diagnosis::{Estimate, Evidence, Phase, Verdict};
 use super::extra::Shelf;
 use super::in_step::{self, blamed, lag_in_step};
@@ -11,7 +11,7 @@ use super::left::{Left, Mean};
 use super::model::Model;
 use super::physics::Physics;
 use super::refit::{End, Fitted};
-use super::rivals::{Rival, rivals, without};
+use super::rivals::{Rival, nearest, rivals, without};
 use super::select::{Selection, Tried, least};
 use super::{sticky, uneven};
 
@@ -101,11 +101,15 @@ pub(super) fn judge(
     let p_value = unblamed.p_value();
     let shows = p_value < false_alarm / 2.0;
     let mut detected = chosen.is_some() || shows;
+    // Beside a lag that is not blamed, what entries explain of the baseline is that lag.
+    let nearest =
+        reading.is_none().then(|| nearest(selection, |p| least(model, &selection.base, p))).flatten();
+    let nothing = nothing_left_out(p_value, nearest.map_or(0.0, |(_, share)| share));
     let mut verdict = Verdict {
         physics: Vec::new(),
         unexplained: false,
         explained_by: Vec::new(),
-        confidence: nothing_left_out(p_value),
+        confidence: nothing,
         ambiguous_with: Vec::new(),
         evidence: None,
     };
@@ -137,7 +141,7 @@ pub(super) fn judge(
         if standing == Standing::Chance {
             remarks.push(format!("{} might explain the little that is left", names(&named)));
             // No surer than where nothing explains anything.
-            verdict.confidence = (1.0 - sure).clamp(LEAST_CONFIDENCE, nothing_left_out(p_value));
+            verdict.confidence = (1.0 - sure).clamp(LEAST_CONFIDENCE, nothing);
             detected = false;
         } else if standing == Standing::Doubted {
             verdict.unexplained = true;
@@ -187,6 +191,12 @@ pub(super) fn judge(
     } else if detected {
         verdict.unexplained = true;
         verdict.confidence = unlisted(unblamed);
+    } else if let Some((physics, share)) = nearest.filter(|(_, share)| *share >= NEAR) {
+        remarks.push(format!(
+            "nothing shows, but {} explains {:.0} % of what is asked of it, more than noise mostly gives: it may act weakly",
+            physics.said(),
+            100.0 * share
+        ));
     }
     remarks.extend(reading.and_then(|reading| lag_in_step(reading, model.base())).map(in_step::said));
     if let Some(Evidence { left, .. }) = verdict.evidence.filter(|e| detected && e.left > PLAIN_SD) {
