@@ -93,16 +93,16 @@ fn mispredicts(
     (own >= LEAST_GAIN).then_some((rival? - chosen?) / own)
 }
 
-/// The entry that by itself comes nearest to what is `asked` of it, and how near: the share that it lowers the sum of squares by, refitted, or
-/// at first order where it was not. None where none was looked at.
-pub(super) fn nearest(selection: &Selection, asked: impl Fn(Physics) -> f64) -> Option<(Physics, f64)> {
-    let alone = |t: &&Tried| t.physics.len() == 1;
-    let refitted =
-        || selection.tried.iter().filter(alone).map(|t| (t.physics[0], selection.base.cost - t.fitted.cost));
-    let looked_at = selection.screened.iter().map(|s| (s.start.physics, s.gain));
-    let looked_at = looked_at.filter(|(physics, _)| refitted().all(|(known, _)| known != *physics));
-    let shares = refitted().chain(looked_at).map(|(physics, gain)| (physics, gain / asked(physics)));
-    shares.max_by(|a, b| a.1.total_cmp(&b.1))
+/// The effect that, refitted by itself, comes nearest to what is `asked` of it, and the share of that which it explains. None where none
+/// promised enough to be refitted, or none may be blamed; `base` of a reading's values come before its knobs'.
+pub(super) fn nearest(
+    selection: &Selection,
+    base: usize,
+    asked: impl Fn(Physics) -> f64,
+) -> Option<(Physics, f64)> {
+    let alone = |t: &&Tried| t.physics.len() == 1 && !blamed(t, base).is_empty();
+    let share = |t: &Tried| (t.physics[0], (selection.base.cost - t.fitted.cost) / asked(t.physics[0]));
+    selection.tried.iter().filter(alone).map(share).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first: their indices.
@@ -147,8 +147,6 @@ fn with_only<'s>(
 pub(super) mod tests {
     use super::super::knob::Knob;
     use super::super::refit::Fitted;
-    use super::super::screen::Screened;
-    use super::super::starts::Start;
     use super::*;
     use nalgebra::DVector;
 
@@ -179,21 +177,20 @@ pub(super) mod tests {
         selection
     }
 
-    /// What was refitted counts as it was, not as it looked at first order; several effects together, and what asks for more, do not.
+    /// Of what was refitted by itself; what asks for more comes less near, and a lag that is not blamed is none.
     #[test]
-    fn the_nearest_entry_is_measured_by_what_is_asked_of_it() {
-        use Physics::{CameraLag, Drying, LateContact, SlackBand};
+    fn the_nearest_effect_is_measured_by_what_is_asked_of_it() {
         let mut selection = selection();
-        let looked_at =
-            |physics, gain| Screened { start: Start { physics, knobs: Vec::new(), gain: None }, gain };
-        selection.screened = vec![looked_at(CameraLag, 5000.0), looked_at(LateContact, 120.0)];
-        let asked = |physics| if physics == LateContact { 100.0 } else { 1000.0 };
-        assert_eq!(nearest(&selection, asked), Some((LateContact, 1.2)));
-        assert_eq!(nearest(&selection, |_| 1000.0), Some((Drying, 0.7)));
-        selection.tried.retain(|t| t.physics == [CameraLag] || t.physics == [SlackBand]);
-        assert_eq!(nearest(&selection, |_| 1000.0), Some((SlackBand, 0.69)));
-        let nothing = Selection { tried: Vec::new(), screened: Vec::new(), ..selection };
-        assert_eq!(nearest(&nothing, |_| 1.0), None);
+        let asked = |physics| if physics == Physics::Drying { 1000.0 } else { 100.0 };
+        assert_eq!(nearest(&selection, 0, asked), Some((Physics::SlackBand, 6.9)));
+        assert_eq!(nearest(&selection, 0, |_| 1000.0), Some((Physics::Drying, 0.7)));
+        selection.tried.retain(|t| t.physics != [Physics::SlackBand] && t.physics != [Physics::Drying]);
+        assert_eq!(nearest(&selection, 0, asked), Some((Physics::CameraLag, 1.0)));
+        for lag in selection.tried.iter_mut().filter(|t| t.physics == [Physics::CameraLag]) {
+            lag.fitted.acting.knobs = vec![Knob::Lag];
+            lag.fitted.at = DVector::from_vec(vec![9.0, 9e-4]);
+        }
+        assert_eq!(nearest(&selection, 1, asked), None);
     }
 
     /// A rival has as many effects; of the two chosen it lacks one, and only what that one explains is between them.

@@ -102,8 +102,8 @@ pub(super) fn judge(
     let shows = p_value < false_alarm / 2.0;
     let mut detected = chosen.is_some() || shows;
     // Beside a lag that is not blamed, what entries explain of the baseline is that lag.
-    let nearest =
-        reading.is_none().then(|| nearest(selection, |p| least(model, &selection.base, p))).flatten();
+    let asked = |physics| least(model, &selection.base, physics);
+    let nearest = reading.is_none().then(|| nearest(selection, model.base(), asked)).flatten();
     let nothing = nothing_left_out(p_value, nearest.map_or(0.0, |(_, share)| share));
     let mut verdict = Verdict {
         physics: Vec::new(),

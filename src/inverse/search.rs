@@ -54,7 +54,8 @@ pub fn search(
     tell: &mut impl FnMut(&Linearised),
 ) -> Result<Linearised, InverseError> {
     let mut looking = Looking::new(problem, finer, patch_radius_m, candidates);
-    looking.correct(&start.patches)?;
+    // Where the corrected model has no answer, the first round ends the search.
+    where_answered(looking.correct(&start.patches))?;
     let mut at = refit(looking.problem, start)?;
     let (mut rounds, mut gains) = (0, 0.0);
     let most = if looking.problem.unrested { UNRESTED_ROUNDS } else { ROUNDS };
