@@ -93,15 +93,18 @@ fn mispredicts(
     (own >= LEAST_GAIN).then_some((rival? - chosen?) / own)
 }
 
-/// The effect that, refitted by itself, comes nearest to what is `asked` of it, and the share of that which it explains. None where none
-/// promised enough to be refitted, or none may be blamed; `base` of a reading's values come before its knobs'.
+/// The effect that, refitted by itself, comes nearest to what is `asked` of it, and the share of that which it explains of a baseline with
+/// the sum of squares `plain`. None where none promised enough to be refitted, or none may be blamed; `base` of a reading's values come before
+/// its knobs'.
 pub(super) fn nearest(
     selection: &Selection,
+    plain: f64,
     base: usize,
     asked: impl Fn(Physics) -> f64,
 ) -> Option<(Physics, f64)> {
     let alone = |t: &&Tried| t.physics.len() == 1 && !blamed(t, base).is_empty();
-    let share = |t: &Tried| (t.physics[0], (selection.base.cost - t.fitted.cost) / asked(t.physics[0]));
+    let plain = plain.min(selection.base.cost);
+    let share = |t: &Tried| (t.physics[0], (plain - t.fitted.cost) / asked(t.physics[0]));
     selection.tried.iter().filter(alone).map(share).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
@@ -182,15 +185,17 @@ pub(super) mod tests {
     fn the_nearest_effect_is_measured_by_what_is_asked_of_it() {
         let mut selection = selection();
         let asked = |physics| if physics == Physics::Drying { 1000.0 } else { 100.0 };
-        assert_eq!(nearest(&selection, 0, asked), Some((Physics::SlackBand, 6.9)));
-        assert_eq!(nearest(&selection, 0, |_| 1000.0), Some((Physics::Drying, 0.7)));
+        assert_eq!(nearest(&selection, 1000.0, 0, asked), Some((Physics::SlackBand, 6.9)));
+        assert_eq!(nearest(&selection, 1000.0, 0, |_| 1000.0), Some((Physics::Drying, 0.7)));
+        // Of a baseline with a restraint that serves better.
+        assert_eq!(nearest(&selection, 900.0, 0, |_| 1000.0), Some((Physics::Drying, 0.6)));
         selection.tried.retain(|t| t.physics != [Physics::SlackBand] && t.physics != [Physics::Drying]);
-        assert_eq!(nearest(&selection, 0, asked), Some((Physics::CameraLag, 1.0)));
+        assert_eq!(nearest(&selection, 1000.0, 0, asked), Some((Physics::CameraLag, 1.0)));
         for lag in selection.tried.iter_mut().filter(|t| t.physics == [Physics::CameraLag]) {
             lag.fitted.acting.knobs = vec![Knob::Lag];
             lag.fitted.at = DVector::from_vec(vec![9.0, 9e-4]);
         }
-        assert_eq!(nearest(&selection, 1, asked), None);
+        assert_eq!(nearest(&selection, 1000.0, 1, asked), None);
     }
 
     /// A rival has as many effects; of the two chosen it lacks one, and only what that one explains is between them.

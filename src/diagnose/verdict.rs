@@ -103,7 +103,7 @@ pub(super) fn judge(
     let mut detected = chosen.is_some() || shows;
     // Beside a lag that is not blamed, what entries explain of the baseline is that lag.
     let asked = |physics| least(model, &selection.base, physics);
-    let nearest = reading.is_none().then(|| nearest(selection, model.base(), asked)).flatten();
+    let nearest = reading.is_none().then(|| nearest(selection, plain, model.base(), asked)).flatten();
     let nothing = nothing_left_out(p_value, nearest.map_or(0.0, |(_, share)| share));
     let mut verdict = Verdict {
         physics: Vec::new(),
@@ -140,8 +140,8 @@ pub(super) fn judge(
         let standing = Standing::of(shows, sure, &earned, &evidence);
         if standing == Standing::Chance {
             remarks.push(format!("{} might explain the little that is left", names(&named)));
-            // No surer than where nothing explains anything.
-            verdict.confidence = (1.0 - sure).clamp(LEAST_CONFIDENCE, nothing);
+            // It earns what is asked of it, and so comes nearer than any that does not.
+            verdict.confidence = nothing_left_out(p_value, f64::INFINITY);
             detected = false;
         } else if standing == Standing::Doubted {
             verdict.unexplained = true;
@@ -193,7 +193,7 @@ pub(super) fn judge(
         verdict.confidence = unlisted(unblamed);
     } else if let Some((physics, share)) = nearest.filter(|(_, share)| *share >= NEAR) {
         remarks.push(format!(
-            "nothing shows, but {} explains {:.0} % of what is asked of it, more than noise mostly gives: it may act weakly",
+            "{} comes nearest to what would be named, with {:.0} % of what is asked of it: it may act weakly",
             physics.said(),
             100.0 * share
         ));

@@ -93,6 +93,7 @@ fn nothing_is_named_where_nothing_acts() {
     let (_, diagnosis) = diagnosed(11, Vec::new());
     assert!(!diagnosis.mismatch.detected, "{:?}", diagnosis.mismatch);
     assert!(diagnosis.verdict.physics.is_empty() && !diagnosis.verdict.unexplained);
+    assert!(diagnosis.verdict.confidence > 0.9, "{:?}", diagnosis.verdict);
     assert_eq!(diagnosis.extended, diagnosis.baseline);
 }
 
