@@ -11,7 +11,7 @@ use std::path::PathBuf;
 /// Prints and draws what a protocol will do on a rig, and checks all of it.
 ///
 /// Travel, speed and acceleration of the stage, sites on the phantom, ways clear of it, depths, predicted forces and what a stop
-/// would still add, rest between pokes, and whether the phantom's mesh is there. Everything that speaks against it is listed; then the
+/// would still add, rest between pokes, and whether the phantom's mesh is there and within its box. Everything that speaks against it is listed; then the
 /// exit code is 1. It is 3 where a depth is probably not meant, where the calibration does not hold today, or where pokes will
 /// give no markers. How much is recorded is an estimate. Opens no device.
 #[derive(Debug, Args)]
@@ -44,6 +44,10 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
             mesh.display()
         );
     }
+    let unusable = planned.mesh().err().filter(|_| missing.is_none()).map(|error| format!("{error:#}"));
+    if let Some(reason) = &unusable {
+        let _ = write!(table, "\nThe phantom's mesh can't be used: {reason}");
+    }
     if let Some(file) = &arguments.draw {
         let _ = write!(table, "\nDrawn: {}", file.display());
     }
@@ -64,13 +68,14 @@ pub(super) fn run(arguments: &PlanArguments, _context: &Context) -> anyhow::Resu
         "data_bytes": plan.data_bytes(),
         "violations": plan.violations.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "missing_mesh": missing,
+        "unusable_mesh": unusable,
         "drawing": arguments.draw,
         "doubts": unmeant,
         "calibration": planned.rig.calibration().map(|set| set.name.clone()),
         "calibration_doubts": doubts,
         "without_markers": unplaced,
     });
-    let can = plan.violations.is_empty() && missing.is_none();
+    let can = plan.violations.is_empty() && missing.is_none() && unusable.is_none();
     let exit = match (can, unmeant.is_empty() && doubts.is_empty() && unplaced.is_none()) {
         (false, _) => Exit::Failed,
         (true, false) => Exit::Degraded,

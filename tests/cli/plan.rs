@@ -106,6 +106,30 @@ fn a_bench_without_markers_promises_none() {
     assert!(code == 0 && !said.contains("note:") && !said.contains("markers"), "{said}{stderr}");
 }
 
+/// Ways clear of the phantom follow from the box of the rig file: a mesh that is higher than that is refused.
+#[test]
+fn a_mesh_beyond_the_box_is_refused() {
+    let place = tempfile::tempdir().expect("a folder");
+    let rig = place.path().join("rig.toml");
+    fs::copy(rigs().join("bench-ati-native.toml"), &rig).expect("the rig file that comes with it");
+    let mesh = place.path().join("phantom.msh");
+    let plan = |size: &str| {
+        let block =
+            ["mesh", "block", "--size-mm", size, "--cells", "4x6x2", "--fixed", "z-,x<50mm", "--search"];
+        let more = ["z-,x>50mm", "--observed", "z+", "--force", utf8(&mesh)];
+        assert_eq!(run(&[&block[..], &more].concat()).0, 0);
+        run(&["plan", utf8(&protocol("look.toml")), "--rig", utf8(&rig)])
+    };
+    let (code, said, stderr) = plan("100x150x25");
+    assert!(code == 0 && !said.contains("mesh"), "{said}{stderr}");
+    let (code, said, stderr) = plan("100x150x30");
+    assert!(code == 1 && said.contains("the mesh reaches to z = 30.00 mm"), "{said}{stderr}");
+    assert!(said.contains("from 0.00 to 25.00 mm there"), "{said}");
+    fs::write(&mesh, "no mesh").expect("writable");
+    let (code, said, stderr) = run(&["plan", utf8(&protocol("look.toml")), "--rig", utf8(&rig)]);
+    assert!(code == 1 && said.contains("The phantom's mesh can't be used"), "{said}{stderr}");
+}
+
 /// Against what runs of these protocols left on the disk: 122.0 and 652.0 MB.
 #[test]
 fn what_will_be_recorded_is_about_what_was() {
