@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &DoctorArguments, context: &Context) -> anyhow::Res
             Ok(_) => {}
             Err(error) => findings.push(missing("markers", error)),
         }
-        findings.extend(rig.mesh().as_deref().map(mesh));
+        findings.extend(rig.mesh().map(|file| mesh(&rig, &file)));
         let serial = devices.force.as_ref().ok().map(|found| found.identity().calibration.clone());
         findings.extend(rig.calibration().map(|set| calibration(set, serial.as_deref())).transpose()?);
     } else {
@@ -134,11 +134,14 @@ fn missing(device: &'static str, error: &RigError) -> Finding {
     Finding { text: format!("{device}: {why}"), json: json!({"device": device, "error": why}), good: false }
 }
 
-/// Whether the phantom's mesh can be read.
-fn mesh(file: &Path) -> Finding {
+/// Whether the phantom's mesh can be read, and is no larger than the phantom is said to be.
+fn mesh(rig: &RigFile, file: &Path) -> Finding {
     let name = file.display();
     let (text, error) = match read_mesh(file) {
-        Ok(mesh) => (format!("mesh {name}: {} nodes", mesh.nodes.len()), None),
+        Ok(mesh) => match rig.holds(&mesh) {
+            Ok(()) => (format!("mesh {name}: {} nodes", mesh.nodes.len()), None),
+            Err(error) => (format!("mesh {name}: {error}"), Some(error.to_string())),
+        },
         Err(error) if file.exists() => (format!("mesh: {}", with_causes(&error)), Some(with_causes(&error))),
         Err(error) => {
             (format!("mesh {name}: missing; `phantom-rig mesh block` makes one"), Some(with_causes(&error)))

@@ -141,31 +141,10 @@ impl Planned {
         let read = file.map(|file| {
             let to_do = if file.exists() { "" } else { "; `phantom-rig mesh block` makes one" };
             let mesh = read_mesh(&file).with_context(|| format!("the phantom's mesh{to_do}"))?;
-            match self.beyond_the_box(&mesh) {
-                Some(beyond) => anyhow::bail!("{}: {beyond}", file.display()),
-                None => Ok(mesh),
-            }
+            self.rig.holds(&mesh).with_context(|| file.display().to_string())?;
+            Ok(mesh)
         });
         read.transpose()
-    }
-
-    /// Where a mesh reaches beyond the box that the phantom is said to fill.
-    fn beyond_the_box(&self, mesh: &TetMesh) -> Option<String> {
-        let [low, high] = self.rig.phantom_box();
-        let reaches = |node: &Vec3| {
-            let beyond = |axis: &usize| (low[*axis] - node[*axis]).max(node[*axis] - high[*axis]) > OUTSIDE_M;
-            (0..3).find(beyond).map(|axis| (axis, node[axis]))
-        };
-        mesh.nodes.iter().find_map(reaches).map(|(axis, at_m)| {
-            format!(
-                "the mesh reaches to {axis} = {at:.2} mm, the box of the rig file (low_mm, high_mm), from which ways clear of the phantom \
-                 follow, from {low:.2} to {high:.2} mm there",
-                axis = ["x", "y", "z"][axis],
-                at = 1e3 * at_m,
-                low = 1e3 * low[axis],
-                high = 1e3 * high[axis]
-            )
-        })
     }
 
     /// That these pokes will give no markers, and what to do about it; nothing where they will.
@@ -272,9 +251,6 @@ fn bench(rig: &RigFile) -> anyhow::Result<Bench> {
         streams: streams(rig),
     })
 }
-
-/// A mesh may reach this far (m) beyond the phantom's box: what rounding and a ruler leave.
-const OUTSIDE_M: f64 = 1e-4;
 
 /// From a datagram's arrival to the stop on its way (s); 99 of 100 stops on the simulated bench take less (`benches/abort.rs`).
 const HOST_S: f64 = 0.005;

@@ -187,7 +187,8 @@ pub(super) mod tests {
         let asked = |physics| if physics == Physics::Drying { 1000.0 } else { 100.0 };
         assert_eq!(nearest(&selection, 1000.0, 0, asked), Some((Physics::SlackBand, 6.9)));
         assert_eq!(nearest(&selection, 1000.0, 0, |_| 1000.0), Some((Physics::Drying, 0.7)));
-        // Of a baseline with a restraint that serves better.
+        // Of the better baseline, with whichever restraint.
+        assert_eq!(nearest(&selection, 1500.0, 0, |_| 1000.0), Some((Physics::Drying, 0.7)));
         assert_eq!(nearest(&selection, 900.0, 0, |_| 1000.0), Some((Physics::Drying, 0.6)));
         selection.tried.retain(|t| t.physics != [Physics::SlackBand] && t.physics != [Physics::Drying]);
         assert_eq!(nearest(&selection, 1000.0, 0, asked), Some((Physics::CameraLag, 1.0)));

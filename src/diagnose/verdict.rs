@@ -103,13 +103,12 @@ pub(super) fn judge(
     let mut detected = chosen.is_some() || shows;
     // Beside a lag that is not blamed, what entries explain of the baseline is that lag.
     let asked = |physics| least(model, &selection.base, physics);
-    let nearest = reading.is_none().then(|| nearest(selection, plain, model.base(), asked)).flatten();
-    let nothing = nothing_left_out(p_value, nearest.map_or(0.0, |(_, share)| share));
+    let near = reading.is_none().then(|| nearest(selection, plain, model.base(), asked)).flatten();
     let mut verdict = Verdict {
         physics: Vec::new(),
         unexplained: false,
         explained_by: Vec::new(),
-        confidence: nothing,
+        confidence: nothing_left_out(p_value, near.map_or(0.0, |(_, share)| share)),
         ambiguous_with: Vec::new(),
         evidence: None,
     };
@@ -140,8 +139,8 @@ pub(super) fn judge(
         let standing = Standing::of(shows, sure, &earned, &evidence);
         if standing == Standing::Chance {
             remarks.push(format!("{} might explain the little that is left", names(&named)));
-            // It earns what is asked of it, and so comes nearer than any that does not.
-            verdict.confidence = nothing_left_out(p_value, f64::INFINITY);
+            // What is chosen earned what was asked of it, and so comes nearer than whatever does not.
+            verdict.confidence = LEAST_CONFIDENCE;
             detected = false;
         } else if standing == Standing::Doubted {
             verdict.unexplained = true;
@@ -191,7 +190,7 @@ pub(super) fn judge(
     } else if detected {
         verdict.unexplained = true;
         verdict.confidence = unlisted(unblamed);
-    } else if let Some((physics, share)) = nearest.filter(|(_, share)| *share >= NEAR) {
+    } else if let Some((physics, share)) = near.filter(|(_, share)| *share >= NEAR) {
         remarks.push(format!(
             "{} comes nearest to what would be named, with {:.0} % of what is asked of it: it may act weakly",
             physics.said(),

@@ -157,7 +157,7 @@ pub(super) fn discretisation_covariance(found: &Settled<'_>) -> Result<DMatrix<f
         let mut finest = first.clone();
         correction.finest.add_to(&mut finest.blocks, patches, &finest.groups);
         // A correction that was made for patches elsewhere need not leave a compliance of the finest discretisation, though it does
-        // of the limit. Then the step from the first is taken, which is longer.
+        // of the limit. Then the step from the first stands for it.
         let from = match where_answered(problem.residual(&finest, at.state.modulus))? {
             Some(from) => from,
             None => problem.residual(&first, at.state.modulus)?,

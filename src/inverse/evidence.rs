@@ -91,6 +91,25 @@ pub struct Evidence {
     pub wander: f64,
 }
 
+#[cfg(test)]
+impl Evidence {
+    /// Readings of some sites that the stage drives, with this noise and no other error.
+    pub(super) fn of_sites(sites: Vec<Site>, noise: Noise) -> Self {
+        let (lifts, rest) = (Vec::new(), Vec::new());
+        let (measured_over_stated, sway_m2) = ([1.0; 2], [0.0; 3]);
+        Self {
+            driven: Driven::ByStage,
+            sites,
+            lifts,
+            rest,
+            noise,
+            measured_over_stated,
+            sway_m2,
+            wander: 0.0,
+        }
+    }
+}
+
 /// Principal directions of the drive that carry less than this share of the largest tell nothing that the noise of
 /// the drive would not drown.
 const NEGLIGIBLE: f64 = 1e-3;

@@ -202,16 +202,7 @@ mod tests {
         let search = model.space().surface("z+").to_vec();
         let bench = Bench::new(model, vec![], vec![], &[], Driven::ByStage, None).expect("a bench");
         let noise = Noise { force_n: [1.0; 3], torque_nm: [1.0; 3], marker_m: [1.0; 3], stage_m: [1.0; 3] };
-        let evidence = Evidence {
-            driven: Driven::ByStage,
-            sites: Vec::new(),
-            lifts: Vec::new(),
-            rest: Vec::new(),
-            noise,
-            measured_over_stated: [1.0; 2],
-            sway_m2: [0.0; 3],
-            wander: 0.0,
-        };
+        let evidence = Evidence::of_sites(Vec::new(), noise);
         let mut problem = Problem::new(&evidence, bench, search, Vec::new(), 0.0).expect("a problem");
         let patch = |softness: f64| Restraint {
             centre: Vec3::new(0.05, 0.05, 0.03),

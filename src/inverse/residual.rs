@@ -279,16 +279,7 @@ mod tests {
         };
         let noise =
             Noise { force_n: [0.05; 3], torque_nm: [1.0; 3], marker_m: [1e-5; 3], stage_m: [1e-6; 3] };
-        let evidence = Evidence {
-            driven: Driven::ByStage,
-            sites: vec![site],
-            lifts: Vec::new(),
-            rest: Vec::new(),
-            noise,
-            measured_over_stated: [1.0; 2],
-            sway_m2: [0.0; 3],
-            wander: 0.0,
-        };
+        let evidence = Evidence::of_sites(vec![site], noise);
         let force = DMatrix::from_fn(3, DRIVE, |i, j| if j < 4 { 0.2 * (1 + i * j) as f64 } else { 0.0 });
         let covariance =
             DMatrix::identity(3, 3) * 0.05_f64.powi(2) + &force * drive_noise * force.transpose();

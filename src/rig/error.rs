@@ -77,6 +77,22 @@ pub enum RigError {
     /// The simulated camera cannot be put up.
     #[error("the simulated camera")]
     SimulatedCamera(#[from] PixelError),
+    /// The phantom is larger than it is said to be: ways clear of it follow from its box.
+    #[error(
+        "the mesh reaches to {axis} = {:.2} mm; expected no more than the box of {} (low_mm, high_mm), from {:.2} to {:.2} mm there: ways \
+         clear of the phantom follow from that",
+        1e3 * reaches_m, file.display(), 1e3 * box_m[0], 1e3 * box_m[1]
+    )]
+    BeyondTheBox {
+        /// The rig file.
+        file: PathBuf,
+        /// Along which axis of the phantom frame.
+        axis: &'static str,
+        /// How far the mesh reaches (m).
+        reaches_m: f64,
+        /// Where the box begins and ends there (m).
+        box_m: [f64; 2],
+    },
     /// A Prony series with unequal lists.
     #[error(
         "{effect}: {fractions} relaxed fractions and {times} time constants; expected as many of both, at least one"

@@ -7,6 +7,7 @@ use crate::calib::set::CalibrationSet;
 use crate::calib::{Registration, RegistrationFile};
 use crate::device::{DepthCameraFormat, DepthCameraIdentity, Mounting, SensorMounting, StageLimits};
 use crate::driver::NativeOptions;
+use crate::mesh::TetMesh;
 use crate::session::{CalibrationDocument, CameraDocument, HashedText, LensDocument};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -22,6 +23,9 @@ pub struct RigFile {
 }
 
 const MM: f64 = 1e-3;
+
+/// A mesh may reach this far (m) beyond the phantom's box: what rounding and a ruler leave.
+const OUTSIDE_M: f64 = 1e-4;
 
 impl RigFile {
     /// Reads and checks a rig file. Nothing is opened.
@@ -203,6 +207,28 @@ impl RigFile {
     /// Lowest and highest corner of the phantom (m, phantom frame).
     pub fn phantom_box(&self) -> [[f64; 3]; 2] {
         [self.keys.phantom.low_mm, self.keys.phantom.high_mm].map(|corner| corner.map(|x| x * MM))
+    }
+
+    /// That the phantom's box holds a mesh.
+    ///
+    /// # Errors
+    /// [`RigError::BeyondTheBox`] where the mesh reaches beyond by more than rounding leaves.
+    pub fn holds(&self, mesh: &TetMesh) -> Result<(), RigError> {
+        let [low, high] = self.phantom_box();
+        for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            let beyond = |at: &f64| (low[i] - at).max(at - high[i]);
+            let along = mesh.nodes.iter().map(|node| node[i]);
+            let farthest = along.max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
+            if let Some(reaches_m) = farthest.filter(|at| beyond(at) > OUTSIDE_M) {
+                return Err(RigError::BeyondTheBox {
+                    file: self.file.clone(),
+                    axis,
+                    reaches_m,
+                    box_m: [low[i], high[i]],
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Poisson's ratio, density (kg/m³) and the range in which Young's modulus is expected (Pa).

@@ -115,7 +115,7 @@ fn a_mesh_beyond_the_box_is_refused() {
     let mesh = place.path().join("phantom.msh");
     let plan = |size: &str| {
         let block =
-            ["mesh", "block", "--size-mm", size, "--cells", "4x6x2", "--fixed", "z-,x<50mm", "--search"];
+            ["mesh", "block", "--size-mm", size, "--cells", "4x6x12", "--fixed", "z-,x<50mm", "--search"];
         let more = ["z-,x>50mm", "--observed", "z+", "--force", utf8(&mesh)];
         assert_eq!(run(&[&block[..], &more].concat()).0, 0);
         run(&["plan", utf8(&protocol("look.toml")), "--rig", utf8(&rig)])

@@ -97,6 +97,24 @@ fn nothing_is_named_where_nothing_acts() {
     assert_eq!(diagnosis.extended, diagnosis.baseline);
 }
 
+/// A weak effect, whether it falls short of what is asked of it or earns that where no mismatch shows, is told and not named; then nobody is
+/// sure that nothing acts.
+#[test]
+fn a_weak_effect_makes_nothing_less_sure() {
+    for (relaxed_fraction, told) in
+        [(0.0105, "comes nearest to what would be named"), (0.013, "might explain")]
+    {
+        let term = PronyTerm { relaxed_fraction, time_constant_s: 2.0 };
+        let memory = Effect::Memory(Memory::Relaxation { terms: vec![term] });
+        let (_, Diagnosis { mismatch, verdict, remarks, .. }) = diagnosed(11, vec![memory]);
+        assert!(!mismatch.detected && verdict.physics.is_empty(), "{relaxed_fraction}: {verdict:?}");
+        assert!(verdict.confidence < 0.6, "{relaxed_fraction}: {verdict:?}");
+        let told =
+            remarks.iter().any(|r| r.starts_with(Physics::ViscoelasticRelaxation.id()) && r.contains(told));
+        assert!(told, "{remarks:?}");
+    }
+}
+
 /// One term in the place of two would leave a trace, and a modulus 4 % too large.
 #[test]
 fn relaxation_is_named_by_its_terms_and_the_modulus_becomes_the_one_at_equilibrium() {
