@@ -376,7 +376,8 @@ fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Se
         return None;
     }
     let closest = || selection.tried.iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
-    let best = selection.chosen.map(|i| &selection.tried[i]).or_else(closest)?;
+    let told = selection.chosen.or(judged.near.map(|near| near.reading));
+    let best = told.map(|i| &selection.tried[i]).or_else(closest)?;
     let mut rivals: Vec<Standing<'_>> = Vec::new();
     for rival in others(selection, best).into_iter().map(|i| &selection.tried[i]) {
         if rivals.len() < RIVALS && rivals.iter().all(|(physics, _)| *physics != rival.physics) {

@@ -11,7 +11,7 @@ use super::left::{Left, Mean};
 use super::model::Model;
 use super::physics::Physics;
 use super::refit::{End, Fitted};
-use super::rivals::{Rival, nearest, rivals, without};
+use super::rivals::{Nearest, Rival, nearest, rivals, without};
 use super::select::{Selection, Tried, least};
 use super::{sticky, uneven};
 
@@ -34,6 +34,8 @@ pub(super) struct Judged {
     pub given_up: Option<usize>,
     /// Indices of readings that are told from the one that comes closest by pokes that their fits have not seen, and by nothing else.
     pub mispredict: Vec<usize>,
+    /// Where nothing is called, what comes so near to what is asked of it that it may act weakly.
+    pub near: Option<Nearest>,
 }
 
 /// Readings whose sums of squares differ by less than this, or by this share of the gain, are not told apart.
@@ -108,11 +110,12 @@ pub(super) fn judge(
         physics: Vec::new(),
         unexplained: false,
         explained_by: Vec::new(),
-        confidence: nothing_left_out(p_value, near.map_or(0.0, |(_, share)| share)),
+        confidence: nothing_left_out(p_value, near.map_or(0.0, |near| near.share)),
         ambiguous_with: Vec::new(),
         evidence: None,
     };
     let (mut given_up, mut mispredict) = (None, Vec::new());
+    let near_enough = near.filter(|near| !detected && near.share >= NEAR);
     let mut remarks = model.remarks();
     if model.lab().is_some() && !selection.body_was_looked_at() {
         remarks.push(
@@ -190,11 +193,11 @@ pub(super) fn judge(
     } else if detected {
         verdict.unexplained = true;
         verdict.confidence = unlisted(unblamed);
-    } else if let Some((physics, share)) = near.filter(|(_, share)| *share >= NEAR) {
+    } else if let Some(near) = near_enough {
         remarks.push(format!(
             "{} comes nearest to what would be named, with {:.0} % of what is asked of it: it may act weakly",
-            physics.said(),
-            100.0 * share
+            near.physics.said(),
+            100.0 * near.share
         ));
     }
     remarks.extend(reading.and_then(|reading| lag_in_step(reading, model.base())).map(in_step::said));
@@ -207,7 +210,17 @@ pub(super) fn judge(
         remarks.push("the fit had not come to rest after its last step; its values may be off".to_owned());
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
-    Judged { detected, p_value, verdict, properties, remarks, whole: None, given_up, mispredict }
+    Judged {
+        detected,
+        p_value,
+        verdict,
+        properties,
+        remarks,
+        whole: None,
+        given_up,
+        mispredict,
+        near: near_enough,
+    }
 }
 
 /// Whether a reading may be named.
@@ -396,6 +409,7 @@ mod tests {
             whole: None,
             given_up: None,
             mispredict: Vec::new(),
+            near: None,
         }
     }
 
@@ -471,6 +485,16 @@ mod tests {
         ] {
             assert_eq!(Standing::of(shows, sure, earned, &evidence), expected, "{shows} {sure} {earned:?}");
         }
+    }
+
+    /// Where nothing is called, what is told to come near is not dismissed among the candidates.
+    #[test]
+    fn what_may_act_weakly_is_not_dismissed() {
+        let selection = Selection { chosen: None, ..selection() };
+        let near = Nearest { reading: 1, physics: Physics::Drying, share: 0.7 };
+        let nothing = Judged { near: Some(near), ..judged(&[], 0.5) };
+        assert!(nothing.why(&selection, 1).contains("70 % of what is asked of it"));
+        assert!(nothing.why(&selection, 3).contains("no more than chance"));
     }
 
     /// A ball centred within 10 µm of a side is doubted, one a millimetre inside is not; nor is anything where no ball is blamed.

@@ -43,7 +43,13 @@ impl Judged {
                 let best = selection.base.cost - chosen.fitted.cost;
                 format!("it removes {:.0} % of what the verdict removes", 100.0 * gain / best)
             }
-            None => "what it adds is no more than chance or elements can".to_owned(),
+            None => match self.near.filter(|near| near.reading == tried) {
+                Some(near) => format!(
+                    "it explains {:.0} % of what is asked of it: it may act weakly, or chance or elements are what it follows",
+                    100.0 * near.share
+                ),
+                None => "what it adds is no more than chance or elements can".to_owned(),
+            },
         }
     }
 }
