@@ -10,7 +10,7 @@ use super::run_watch::Watch;
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
 use crate::acquire::Cause;
 use crate::clock::HostTime;
-use crate::dataset::{read_mesh, read_seen_sessions, write_bundle};
+use crate::dataset::{read_phantom, read_seen_sessions, write_bundle};
 use crate::rig::SimulatedBench;
 use crate::session::Session;
 use crate::sim::World;
@@ -193,7 +193,7 @@ fn export(
     tell: &dyn Fn(&str),
     context: &Context,
 ) -> anyhow::Result<(PathBuf, HostTime)> {
-    let (recorded, mesh) = (Session::open(session)?, read_mesh(&session.join(MESH))?);
+    let (recorded, mesh) = (Session::open(session)?, read_phantom(&session.join(MESH))?);
     let from = read_seen_sessions(&seen(&[recorded], &mesh, None, context)?, mesh)?;
     for lag in from.camera_lags.iter().flatten() {
         tell(&format!("Note: {}.", late(lag)));

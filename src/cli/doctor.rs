@@ -5,7 +5,7 @@ use super::{Context, Exit, Outcome};
 use crate::acquire::stay_resident;
 use crate::calib::set::CalibrationSet;
 use crate::clock::HostTime;
-use crate::dataset::read_mesh;
+use crate::dataset::read_phantom;
 use crate::device::{ForceSensor, Losses, MarkerSource, Stage, StageState, with_causes};
 use crate::driver::{GrblOptions, GrblStage, NativeOptions, NativeStage, NetFt, NetFtSettings, serial_ports};
 use crate::rig::{RigError, RigFile};
@@ -137,7 +137,7 @@ fn missing(device: &'static str, error: &RigError) -> Finding {
 /// Whether the phantom's mesh can be read, and is no larger than the phantom is said to be.
 fn mesh(rig: &RigFile, file: &Path) -> Finding {
     let name = file.display();
-    let (text, error) = match read_mesh(file) {
+    let (text, error) = match read_phantom(file) {
         Ok(mesh) => match rig.holds(&mesh) {
             Ok(()) => (format!("mesh {name}: {} nodes", mesh.nodes.len()), None),
             Err(error) => (format!("mesh {name}: {error}"), Some(error.to_string())),

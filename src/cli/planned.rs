@@ -5,7 +5,7 @@ use crate::acquire::{
     Action, Bench, Latency, ListedPoke, LoadLimits, PhantomBox, Plan, PlannedStep, Profile, Protocol, Stream,
     from_poke, pad_stiffness_n_per_m,
 };
-use crate::dataset::{read_mesh, read_planned_pokes};
+use crate::dataset::{read_phantom, read_planned_pokes};
 use crate::geometry::Vec3;
 use crate::mesh::TetMesh;
 use crate::observation::PlannedPoke;
@@ -140,7 +140,7 @@ impl Planned {
         let file = self.rig.mesh();
         let read = file.map(|file| {
             let to_do = if file.exists() { "" } else { "; `phantom-rig mesh block` makes one" };
-            let mesh = read_mesh(&file).with_context(|| format!("the phantom's mesh{to_do}"))?;
+            let mesh = read_phantom(&file).with_context(|| format!("the phantom's mesh{to_do}"))?;
             self.rig.holds(&mesh).with_context(|| file.display().to_string())?;
             Ok(mesh)
         });

@@ -6,7 +6,7 @@ use super::recorded_run::{How, MESH, passed_s, record, told};
 use super::run_watch::Watch;
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
 use crate::dataset::{
-    FromSession, read_mesh, read_planned_pokes, read_seen_sessions, read_sessions, write_bundle,
+    FromSession, read_phantom, read_planned_pokes, read_seen_sessions, read_sessions, write_bundle,
 };
 use crate::observation::{PlannedPoke, Recording};
 use crate::report::write_pokes;
@@ -57,8 +57,10 @@ pub(super) fn run(arguments: &PokeArguments, context: &Context) -> anyhow::Resul
     let asked = read_planned_pokes(&arguments.pokes)?;
     let first = Session::open(&arguments.session)?;
     let mesh_file = first.folder().join(MESH);
-    let mesh = read_mesh(&mesh_file)
-        .with_context(|| format!("{}: the session keeps no mesh", mesh_file.display()))?;
+    if !mesh_file.exists() {
+        bail!("{}: the session keeps no mesh", mesh_file.display());
+    }
+    let mesh = read_phantom(&mesh_file)?;
     placed(&first, None)?;
     let bundle = StagedFolder::new(&arguments.out, Kind::Recording, arguments.force)?;
     let into = arguments.into.clone().unwrap_or_else(|| beside(&arguments.session));

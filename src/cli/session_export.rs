@@ -4,7 +4,7 @@ use super::look::{late, missing, seen};
 use super::recorded_run::MESH;
 use super::session::{SessionPath, and_damage, lacks};
 use super::{Context, Exit, Kind, Outcome, StagedError, StagedFolder, UsageError};
-use crate::dataset::{read_bundle, read_mesh, read_seen_sessions, write_bundle};
+use crate::dataset::{read_bundle, read_phantom, read_seen_sessions, write_bundle};
 use crate::session::Session;
 use crate::units::counted;
 use anyhow::{Context as _, bail};
@@ -116,7 +116,7 @@ fn bundle(
     if !mesh.exists() {
         bail!("{}: the session keeps no mesh; name one with --mesh", mesh.display());
     }
-    let mesh = read_mesh(&mesh)?;
+    let mesh = read_phantom(&mesh)?;
     let seen = seen(sessions, &mesh, arguments.registration.as_deref(), context)?;
     let missing_on_beat = seen
         .iter()

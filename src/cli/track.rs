@@ -5,7 +5,7 @@ use super::recorded_run::MESH;
 use super::seen_dots::{LEGEND, caption, marked};
 use super::{Context, Exit, Kind, Outcome, StagedFolder};
 use crate::clock::HostTime;
-use crate::dataset::{Attached, FollowedFrame, attach_dots, read_mesh};
+use crate::dataset::{Attached, FollowedFrame, attach_dots, read_phantom};
 use crate::device::{DotInPicture, Sight};
 use crate::report::{MarkedPicture, strip};
 use crate::session::{Picture, Pixels, Session};
@@ -55,7 +55,7 @@ pub(super) fn run(arguments: &TrackArguments, context: &Context) -> anyhow::Resu
         bail!("{name}: it has no pictures: its rig had no camera");
     };
     let registration = registration(camera, arguments.registration.as_deref())?;
-    let mesh = read_mesh(&arguments.session.join(MESH))?;
+    let mesh = read_phantom(&arguments.session.join(MESH))?;
     let staged = StagedFolder::new(&arguments.out, Kind::Tracks, arguments.force)?;
     let looked =
         look(&session, Settings::default(), context)?.with_context(|| format!("{name}: no pictures"))?;

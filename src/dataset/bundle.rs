@@ -42,8 +42,7 @@ pub fn read_bundle(folder: &Path) -> Result<(Recording, Vec<Suspicion>), Dataset
     let stage_file = existing(folder, "stage.csv", "stage.csv").ok();
 
     let stated = read_manifest(&manifest_file)?;
-    let mesh = read_mesh(&mesh_file)?;
-    check_surfaces(&mesh_file, &mesh)?;
+    let mesh = read_phantom(&mesh_file)?;
     let body = Body::new(&mesh, &mesh_file)
         .map_err(|e| DatasetError::Mesh { file: mesh_file.clone(), source: MeshFileError::Mesh(e) })?;
     let pokes = read_pokes(&poke_file, stated.rest_until_s)?;
@@ -85,9 +84,14 @@ fn existing(folder: &Path, name: &str, expected: &'static str) -> Result<PathBuf
     if file.is_file() { Ok(file) } else { Err(DatasetError::MissingFile { file, expected }) }
 }
 
-fn check_surfaces(file: &Path, mesh: &TetMesh) -> Result<(), DatasetError> {
+/// Reads a phantom's mesh: as [`read_mesh`], with all the surfaces that a bundle names.
+///
+/// # Errors
+/// What [`read_mesh`] refuses; [`DatasetError::MissingSurface`].
+pub fn read_phantom(file: &Path) -> Result<TetMesh, DatasetError> {
+    let mesh = read_mesh(file)?;
     match SURFACES.into_iter().find(|&s| mesh.surface(s).is_empty()) {
-        None => Ok(()),
+        None => Ok(mesh),
         Some(group) => Err(DatasetError::MissingSurface {
             file: file.to_owned(),
             group,

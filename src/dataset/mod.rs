@@ -31,7 +31,7 @@ mod table;
 mod text;
 mod write;
 
-pub use bundle::{MESH_FILES, read_bundle};
+pub use bundle::{MESH_FILES, read_bundle, read_phantom};
 pub use error::DatasetError;
 pub use mesh_file::{MeshFileError, Place, parse_mesh, read_mesh, write_msh};
 pub use protocol::read_planned_pokes;

@@ -125,9 +125,35 @@ fn a_mesh_beyond_the_box_is_refused() {
     let (code, said, stderr) = plan("100x150x30");
     assert!(code == 1 && said.contains("the mesh reaches to z = 30.00 mm"), "{said}{stderr}");
     assert!(said.contains("from 0.00 to 25.00 mm there"), "{said}");
-    fs::write(&mesh, "no mesh").expect("writable");
-    let (code, said, stderr) = run(&["plan", utf8(&protocol("look.toml")), "--rig", utf8(&rig)]);
-    assert!(code == 1 && said.contains("The phantom's mesh can't be used"), "{said}{stderr}");
+    let unusable = |mesh_text: &str, why: &str| {
+        fs::write(&mesh, mesh_text).expect("writable");
+        let (code, said, stderr) = run(&["plan", utf8(&protocol("look.toml")), "--rig", utf8(&rig)]);
+        let refused = said.contains("The phantom's mesh can't be used") && said.contains(why);
+        assert!(code == 1 && refused, "{said}{stderr}");
+    };
+    // What no fit could use is told before the pokes, not after.
+    let whole = fs::read_to_string(&mesh).expect("written just now");
+    unusable(&whole.replace("\"search\"", "\"serach\""), "no physical surface \"search\"");
+    unusable("no mesh", "");
+}
+
+/// The camera's section of the rig files for real benches, taken out of comments, is one: only places and lens are not known yet.
+#[test]
+fn the_camera_of_a_bench_can_be_taken_out_of_comments() {
+    let place = tempfile::tempdir().expect("a folder");
+    for name in ["bench-ati-native.toml", "bench-ati-grbl.toml"] {
+        let text = fs::read_to_string(rigs().join(name)).expect("the rig file that comes with it");
+        let (before, after) = text.split_once("# [markers]\n").expect("in comments");
+        let (section, after) = after.split_once("\n[tip]").expect("then the tip");
+        let lines = section.lines().map(|line| line.trim_start_matches('#').trim_start());
+        let section: Vec<&str> = lines.collect();
+        let rig = place.path().join("rig.toml");
+        let text = format!("{before}[markers]\n{}\n[tip]{after}", section.join("\n"));
+        fs::write(&rig, &text).expect("writable");
+        let (code, said, stderr) = run(&["plan", utf8(&protocol("five-pokes.toml")), "--rig", utf8(&rig)]);
+        assert!(code == 1 && said.contains("mesh is missing"), "{name}: {said}{stderr}");
+        assert!(said.contains("the rig file says nothing of the camera's lens"), "{said}");
+    }
 }
 
 /// Against what runs of these protocols left on the disk: 122.0 and 652.0 MB.
