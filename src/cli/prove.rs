@@ -6,7 +6,7 @@ use super::proof::{
 };
 use super::{Context, Exit, Outcome, UsageError};
 use crate::report::scorecard::{
-    Answer, Draw, Judged, Limit, Scorecard, draw_text, judge, scorecard_page, scorecard_text,
+    Answer, Draw, Judged, Limit, Scorecard, draw_text, judge, scorecard_page, scorecard_table, scorecard_text,
 };
 use anyhow::Context as _;
 use clap::Args;
@@ -213,6 +213,7 @@ fn write_card(folder: &Path, card: &Scorecard) -> anyhow::Result<PathBuf> {
     replace(&page, scorecard_page(card, &title_of(folder))?.as_bytes())?;
     let json = serde_json::to_string_pretty(&scorecard_json(card)?)? + "\n";
     replace(&folder.join("scorecard.json"), json.as_bytes())?;
+    replace(&folder.join("scorecard.csv"), &scorecard_table(card)?)?;
     Ok(page)
 }
 

@@ -194,8 +194,12 @@ pub(super) fn judge(
         verdict.unexplained = true;
         verdict.confidence = unlisted(unblamed);
     } else if let Some(near) = near_enough {
+        let but = match near.share < 1.0 {
+            true => "it may act weakly",
+            false => "other entries, or pokes that its fit has not seen, speak against it, but it may act",
+        };
         remarks.push(format!(
-            "{} comes nearest to what would be named, with {:.0} % of what is asked of it: it may act weakly",
+            "{} comes nearest to what would be named, with {:.0} % of what is asked of it: {but}",
             near.physics.said(),
             100.0 * near.share
         ));

@@ -102,6 +102,14 @@ fn a_proof_holds_as_made_and_fails_when_tampered_with() {
         assert!(draw["modulus_error"][0].as_f64().is_some_and(|e| e.abs() < 0.5), "{draw}");
     }
     assert!(proof.join("scorecard.html").is_file());
+    let table = fs::read_to_string(proof.join("scorecard.csv")).expect("a row a draw");
+    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    let draws: Vec<&str> = rows.iter().map(|row| row[0]).collect();
+    assert_eq!(draws, ["draw", "draw-0001", "draw-0002"]);
+    assert_eq!(
+        (rows[0][9], rows[1][9].parse().ok()),
+        ("confidence", card["judged"][0]["confidence"].as_f64())
+    );
     let after: Vec<Vec<u8>> =
         files(&proof.join("verdicts")).iter().map(|f| fs::read(f).expect("readable")).collect();
     assert_eq!(after, verdicts, "closed verdicts are not made again");

@@ -3,7 +3,7 @@
 use super::aliases::declared;
 use super::answer::Answer;
 use super::errors::{ParameterError, modulus_error, parameter_errors, place_error_m};
-use super::said::{Said, Verdict};
+use super::said::{Said, Verdict, Weighed};
 use serde::Serialize;
 
 /// What stands for an effect outside the catalogue, and for the verdict that nothing in it explains a recording.
@@ -73,8 +73,12 @@ pub struct Judged {
     pub outcome: Outcome,
     /// Whether a mismatch was called.
     pub detected: bool,
+    /// Probability of a misfit as large by chance.
+    pub p_value: Option<f64>,
     /// Confidence of the verdict.
     pub confidence: Option<f64>,
+    /// What spoke for the verdict.
+    pub evidence: Option<Weighed>,
     /// Strength of the effects.
     pub strength: Option<f64>,
     /// Strength over the norm of the readings.
@@ -106,7 +110,9 @@ pub fn judge(draw: &Draw) -> Judged {
         ambiguous_with: Vec::new(),
         outcome: Outcome::Failed,
         detected: false,
+        p_value: None,
         confidence: None,
+        evidence: None,
         strength: answer.strength,
         strength_share: answer.strength.zip(answer.signal).map(|(strength, signal)| strength / signal),
         place_error_m: None,
@@ -127,7 +133,9 @@ pub fn judge(draw: &Draw) -> Judged {
     judged.named = said.physics().to_vec();
     judged.ambiguous_with = said.ambiguous_with().to_vec();
     judged.detected = said.detected();
+    judged.p_value = said.p_value();
     judged.confidence = said.confidence();
+    judged.evidence = said.evidence();
     judged.outcome = outcome(judged.kind, &answer.physics, said);
     let both: Vec<&String> = answer.physics.iter().filter(|id| said.physics().contains(id)).collect();
     judged.place_error_m = both.iter().find_map(|id| place_error_m(id, answer, said));

@@ -11,6 +11,7 @@ mod errors;
 mod judge;
 mod page;
 mod said;
+mod table;
 mod tally;
 mod text;
 
@@ -20,6 +21,7 @@ pub use draw_text::draw_text;
 pub use errors::ParameterError;
 pub use judge::{Draw, Judged, Kind, Outcome, judge};
 pub use page::scorecard_page;
-pub use said::{Number, Said, Verdict};
+pub use said::{Number, Said, Verdict, Weighed};
+pub use table::scorecard_table;
 pub use tally::{Coverage, Limit, Line, Scorecard, Share, Spread};
 pub use text::scorecard_text;

@@ -1,6 +1,6 @@
 //! What a diagnosis said, as its `diagnosis.json` has it, or that it ended without one.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// One draw's verdict as it was put on disk.
@@ -26,6 +26,8 @@ pub struct Verdict {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 struct MismatchKeys {
     detected: bool,
+    #[serde(default)]
+    p_value: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -34,6 +36,23 @@ struct VerdictKeys {
     confidence: Option<f64>,
     #[serde(default)]
     ambiguous_with: Vec<String>,
+    #[serde(default)]
+    evidence: Option<Weighed>,
+}
+
+/// What spoke for what is named; numbers without bound are absent.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Weighed {
+    /// Share of what is beyond noise that it explains.
+    pub explained_share: Option<f64>,
+    /// What the least of its effects gains, over what is asked of that.
+    pub gain_over_least: Option<f64>,
+    /// Share of that by which the closest other reading lacks it.
+    pub margin_share: Option<f64>,
+    /// What it leaves beyond noise, in standard deviations.
+    pub left_deviations: Option<f64>,
+    /// Number of effects.
+    pub effects: usize,
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -66,6 +85,11 @@ impl Verdict {
         self.mismatch.detected
     }
 
+    /// Probability of a misfit of the baseline as large by chance.
+    pub fn p_value(&self) -> Option<f64> {
+        self.mismatch.p_value
+    }
+
     /// Ids that it names; `unexplained` among them when nothing explains the recording.
     pub fn physics(&self) -> &[String] {
         &self.verdict.physics
@@ -79,6 +103,11 @@ impl Verdict {
     /// Probability that it gives itself of being right.
     pub fn confidence(&self) -> Option<f64> {
         self.verdict.confidence
+    }
+
+    /// What spoke for what is named, or comes closest.
+    pub fn evidence(&self) -> Option<Weighed> {
+        self.verdict.evidence
     }
 
     /// Numbers of a parameter; empty when it has none of that id.
