@@ -50,6 +50,7 @@ mod march;
 mod memory;
 mod model;
 mod motion;
+mod nearest;
 mod next_poke;
 mod parameters;
 mod physics;

@@ -93,35 +93,6 @@ fn mispredicts(
     (own >= LEAST_GAIN).then_some((rival? - chosen?) / own)
 }
 
-/// An effect that, refitted by itself, explains some of what is asked of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Nearest {
-    /// The reading's index among all that were tried.
-    pub reading: usize,
-    /// The effect.
-    pub physics: Physics,
-    /// What it explains of the baseline, over what is asked.
-    pub share: f64,
-}
-
-/// The effect that, refitted by itself, comes nearest to what is `asked` of it, of a baseline with the sum of squares `plain`. None where none
-/// promised enough to be refitted, or none may be blamed; `base` of a reading's values come before its knobs'.
-pub(super) fn nearest(
-    selection: &Selection,
-    plain: f64,
-    base: usize,
-    asked: impl Fn(Physics) -> f64,
-) -> Option<Nearest> {
-    let plain = plain.min(selection.base.cost);
-    let alone = |(_, t): &(usize, &Tried)| t.physics.len() == 1 && !blamed(t, base).is_empty();
-    let measured = |(reading, t): (usize, &Tried)| {
-        let physics = t.physics[0];
-        Nearest { reading, physics, share: (plain - t.fitted.cost) / asked(physics) }
-    };
-    let all = selection.tried.iter().enumerate().filter(alone).map(measured);
-    all.max_by(|a, b| a.share.total_cmp(&b.share))
-}
-
 /// Readings of as many effects as the chosen one that are neither part of it nor contain it, the closest first: their indices.
 pub(super) fn others(selection: &Selection, chosen: &Tried) -> Vec<usize> {
     let other = |t: &Tried| t.physics.len() == chosen.physics.len() && !contains(&t.physics, &chosen.physics);
@@ -192,26 +163,6 @@ pub(super) mod tests {
         fitted.acting.knobs = vec![Knob::Drying, Knob::Lag];
         fitted.at = DVector::from_vec(vec![9.0, 1e-4, 9e-4]);
         selection
-    }
-
-    /// Of what was refitted by itself; what asks for more comes less near, and a lag that is not blamed is none.
-    #[test]
-    fn the_nearest_effect_is_measured_by_what_is_asked_of_it() {
-        let mut selection = selection();
-        let asked = |physics| if physics == Physics::Drying { 1000.0 } else { 100.0 };
-        let found = |reading, physics, share| Some(Nearest { reading, physics, share });
-        assert_eq!(nearest(&selection, 1000.0, 0, asked), found(3, Physics::SlackBand, 6.9));
-        assert_eq!(nearest(&selection, 1000.0, 0, |_| 1000.0), found(1, Physics::Drying, 0.7));
-        // Of the better baseline, with whichever restraint.
-        assert_eq!(nearest(&selection, 1500.0, 0, |_| 1000.0), found(1, Physics::Drying, 0.7));
-        assert_eq!(nearest(&selection, 900.0, 0, |_| 1000.0), found(1, Physics::Drying, 0.6));
-        selection.tried.retain(|t| t.physics != [Physics::SlackBand] && t.physics != [Physics::Drying]);
-        assert_eq!(nearest(&selection, 1000.0, 0, asked), found(1, Physics::CameraLag, 1.0));
-        for lag in selection.tried.iter_mut().filter(|t| t.physics == [Physics::CameraLag]) {
-            lag.fitted.acting.knobs = vec![Knob::Lag];
-            lag.fitted.at = DVector::from_vec(vec![9.0, 9e-4]);
-        }
-        assert_eq!(nearest(&selection, 1000.0, 1, asked), None);
     }
 
     /// A rival has as many effects; of the two chosen it lacks one, and only what that one explains is between them.

@@ -20,6 +20,7 @@ use super::law::with_its_law;
 use super::left::Left;
 use super::limits::limits;
 use super::model::Model;
+use super::nearest::asked_about;
 use super::next_poke::{Standing, next_poke};
 use super::parameters::{parameters, springs, stiffness};
 use super::place::{parts, region};
@@ -375,9 +376,7 @@ fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Se
     if ambiguous_with.is_empty() && named && *confidence >= settings.enough {
         return None;
     }
-    let closest = || selection.tried.iter().min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
-    let told = selection.chosen.or(judged.near.map(|near| near.reading));
-    let best = told.map(|i| &selection.tried[i]).or_else(closest)?;
+    let best = asked_about(selection, judged.near)?;
     let mut rivals: Vec<Standing<'_>> = Vec::new();
     for rival in others(selection, best).into_iter().map(|i| &selection.tried[i]) {
         if rivals.len() < RIVALS && rivals.iter().all(|(physics, _)| *physics != rival.physics) {

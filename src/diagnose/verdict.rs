@@ -9,9 +9,10 @@ use super::in_step::{self, blamed, lag_in_step};
 use super::knob::Knob;
 use super::left::{Left, Mean};
 use super::model::Model;
+use super::nearest::{Nearest, nearest};
 use super::physics::Physics;
 use super::refit::{End, Fitted};
-use super::rivals::{Nearest, Rival, nearest, rivals, without};
+use super::rivals::{Rival, rivals, without};
 use super::select::{Selection, Tried, least};
 use super::{sticky, uneven};
 
@@ -115,7 +116,7 @@ pub(super) fn judge(
         evidence: None,
     };
     let (mut given_up, mut mispredict) = (None, Vec::new());
-    let near_enough = near.filter(|near| !detected && near.share >= NEAR);
+    let near = near.filter(|near| !detected && near.share >= NEAR);
     let mut remarks = model.remarks();
     if model.lab().is_some() && !selection.body_was_looked_at() {
         remarks.push(
@@ -193,17 +194,8 @@ pub(super) fn judge(
     } else if detected {
         verdict.unexplained = true;
         verdict.confidence = unlisted(unblamed);
-    } else if let Some(near) = near_enough {
-        let but = match near.share < 1.0 {
-            true => "it may act weakly",
-            false => "other entries, or pokes that its fit has not seen, speak against it, but it may act",
-        };
-        remarks.push(format!(
-            "{} comes nearest to what would be named, with {:.0} % of what is asked of it: {but}",
-            near.physics.said(),
-            100.0 * near.share
-        ));
     }
+    remarks.extend(near.map(|near| near.said()));
     remarks.extend(reading.and_then(|reading| lag_in_step(reading, model.base())).map(in_step::said));
     if let Some(Evidence { left, .. }) = verdict.evidence.filter(|e| detected && e.left > PLAIN_SD) {
         remarks.push(format!(
@@ -214,17 +206,7 @@ pub(super) fn judge(
         remarks.push("the fit had not come to rest after its last step; its values may be off".to_owned());
     }
     let properties = if detected { properties(model, before) } else { Vec::new() };
-    Judged {
-        detected,
-        p_value,
-        verdict,
-        properties,
-        remarks,
-        whole: None,
-        given_up,
-        mispredict,
-        near: near_enough,
-    }
+    Judged { detected, p_value, verdict, properties, remarks, whole: None, given_up, mispredict, near }
 }
 
 /// Whether a reading may be named.
@@ -390,12 +372,12 @@ impl Judged {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::rivals::tests::{selection, with_a_lag_in_step};
     use super::*;
 
     /// These are blamed, so surely.
-    fn judged(physics: &[Physics], confidence: f64) -> Judged {
+    pub(in super::super) fn judged(physics: &[Physics], confidence: f64) -> Judged {
         let verdict = Verdict {
             physics: physics.to_vec(),
             unexplained: false,
@@ -489,16 +471,6 @@ mod tests {
         ] {
             assert_eq!(Standing::of(shows, sure, earned, &evidence), expected, "{shows} {sure} {earned:?}");
         }
-    }
-
-    /// Where nothing is called, what is told to come near is not dismissed among the candidates.
-    #[test]
-    fn what_may_act_weakly_is_not_dismissed() {
-        let selection = Selection { chosen: None, ..selection() };
-        let near = Nearest { reading: 1, physics: Physics::Drying, share: 0.7 };
-        let nothing = Judged { near: Some(near), ..judged(&[], 0.5) };
-        assert!(nothing.why(&selection, 1).contains("70 % of what is asked of it"));
-        assert!(nothing.why(&selection, 3).contains("no more than chance"));
     }
 
     /// A ball centred within 10 µm of a side is doubted, one a millimetre inside is not; nor is anything where no ball is blamed.

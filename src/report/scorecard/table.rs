@@ -1,6 +1,6 @@
 //! Every draw in a row: for tables of many proofs, and to ask how sure a verdict may be of what speaks for it.
 
-use super::judge::Judged;
+use super::judge::{Judged, Kind, Outcome};
 use super::tally::Scorecard;
 use crate::report::ReportError;
 use serde::Serialize;
@@ -9,13 +9,13 @@ use serde::Serialize;
 #[derive(Serialize)]
 struct Row<'a> {
     draw: &'a str,
-    kind: super::Kind,
+    kind: Kind,
     concealed: String,
     strength: Option<f64>,
     strength_share: Option<f64>,
     named: String,
     ambiguous_with: String,
-    outcome: super::Outcome,
+    outcome: Outcome,
     p_value: Option<f64>,
     confidence: Option<f64>,
     explained_share: Option<f64>,
