@@ -9,6 +9,7 @@ use crate::clock::Rows;
 use crate::geometry::Vec3;
 use crate::mesh::{SurfaceIndex, boundary_triangles};
 use crate::observation::{Poke, Recording};
+use crate::units::three_digits;
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -86,8 +87,8 @@ impl fmt::Display for Suspicion {
             Self::Unit { what, value, unit, expected, perhaps } => write!(
                 f,
                 "{what} is {value} {unit}; a bench has {} to {} {unit}: is it in {perhaps}?",
-                rounded(*expected.start()),
-                rounded(*expected.end())
+                three_digits(*expected.start()),
+                three_digits(*expected.end())
             ),
             Self::Noise { channel, stated, measured } => {
                 let [x, y, z] = std::array::from_fn(|i| measured[i] / stated[i]);
@@ -234,20 +235,6 @@ fn units(recording: &Recording) -> Vec<Suspicion> {
         .collect()
 }
 
-/// A size to three digits, with a power of ten only where it would be long without.
-fn rounded(size: f64) -> String {
-    let digits = size.abs().log10().floor();
-    match (size == 0.0, digits) {
-        (true, _) => "0".to_owned(),
-        (_, ..-4.0 | 6.0..) => format!("{size:e}"),
-        (_, 2.0..) => format!("{size:.0}"),
-        _ => {
-            let text = format!("{size:.*}", (2.0 - digits) as usize);
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        }
-    }
-}
-
 fn direction(
     recording: &Recording,
     boundary: &[[u32; 3]],
@@ -289,15 +276,4 @@ fn stage_of(recording: &Recording, poke: &Poke) -> Option<Suspicion> {
     let sigma = Vec3::from(recording.noise.stage_m).component_mul(&poke.direction).norm();
     (along_m < -SURE_SIGN * sigma / count.sqrt())
         .then_some(Suspicion::StageSign { poke: poke.number, along_m })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes_are_written_as_people_write_them() {
-        let written = [0.0, 1e-5, 1e-4, 0.167_705, 10.0, 200.0, 30_000.0, 1e9].map(rounded);
-        assert_eq!(written, ["0", "1e-5", "0.0001", "0.168", "10", "200", "30000", "1e9"]);
-    }
 }

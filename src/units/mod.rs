@@ -6,5 +6,5 @@
 mod text;
 mod unread;
 
-pub use text::{counted, millimetres, newtons_per_metre, pascals, with_sd};
+pub use text::{counted, millimetres, newtons_per_metre, pascals, three_digits, with_sd};
 pub use unread::{unread_toml, unread_words};

@@ -27,6 +27,18 @@ pub fn newtons_per_metre(value: f64) -> String {
     format!("{value:.1} N/m")
 }
 
+/// Three digits that count; a power of ten only where zeros would hide them: `0.168`, `30000`, `1.00e-5`.
+pub fn three_digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let digits = value.abs().log10().floor();
+    if !(-4.0..6.0).contains(&digits) {
+        return format!("{value:.2e}");
+    }
+    format!("{value:.*}", (2.0 - digits).max(0.0) as usize)
+}
+
 /// A value with its standard deviation in one unit, both rounded to the second digit of the deviation:
 /// `with_sd(10123.4, 57.2, 1e-3, "kPa")` is `10.123 ± 0.057 kPa`.
 pub fn with_sd(value: f64, sd: f64, scale: f64, unit: &str) -> String {
@@ -48,6 +60,12 @@ mod tests {
         assert_eq!(with_sd(121.94, 4.0, 1.0, "N/m"), "121.9 ± 4.0 N/m");
         assert_eq!(with_sd(121.94, 0.0, 1.0, "N/m"), "121.9400 N/m");
         assert_eq!(with_sd(5_000.0, 230.0, 1.0, "N/m"), "5000 ± 230 N/m");
+    }
+
+    #[test]
+    fn a_number_keeps_three_digits() {
+        let all = [0.0, 1234.5, -0.012_345, 1.0, 1e-4, 1e-9, 999_999.0, 1e6].map(three_digits);
+        assert_eq!(all, ["0", "1234", "-0.0123", "1.00", "0.000100", "1.00e-9", "999999", "1.00e6"]);
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //!
 //! Tests: here, and `tests/calibration/doubts.rs` on whole tables.
 
+use crate::units::three_digits;
 use nalgebra::{Matrix3, Matrix6};
 
 /// Largest factor that an instrument is off its data sheet by; the least is its inverse.
@@ -105,7 +106,7 @@ fn of_block(block: &Matrix3<f64>, what: &str, ratios: &[Ratio]) -> Vec<String> {
     if is_far(whole, MOST) {
         return vec![format!(
             "{what} are read {} times as large as they were hung, where a sensor is within a few per cent of once{}",
-            figure(whole),
+            three_digits(whole),
             because(whole, ratios)
         )];
     }
@@ -113,7 +114,7 @@ fn of_block(block: &Matrix3<f64>, what: &str, ratios: &[Ratio]) -> Vec<String> {
     let say = |gain| {
         format!(
             "{what} along one axis are read {} times as large as they were hung, along the others not: a column in another unit, or a broken axis",
-            figure(gain)
+            three_digits(gain)
         )
     };
     odd.map(say).into_iter().collect()
@@ -125,7 +126,7 @@ pub(super) fn of_scale(name: &str, factor: f64) -> Option<String> {
         format!(
             "{}the stage goes {} times as far as asked, where one is within a few per cent of once{}",
             of(name),
-            figure(factor),
+            three_digits(factor),
             because(factor, WAYS)
         )
     })
@@ -135,10 +136,10 @@ pub(super) fn of_scale(name: &str, factor: f64) -> Option<String> {
 pub(super) fn of_travel(name: &str, range_m: [f64; 2]) -> Option<String> {
     let travel_m = range_m[1] - range_m[0];
     let (shown, because) = if travel_m < LEAST_TRAVEL_M {
-        let shown = format!("all targets lie within {} mm", figure(1e3 * travel_m));
+        let shown = format!("all targets lie within {} mm", three_digits(1e3 * travel_m));
         (shown, "metres under headings in mm")
     } else if travel_m > MOST_TRAVEL_M {
-        let shown = format!("the targets lie {} m apart", figure(travel_m));
+        let shown = format!("the targets lie {} m apart", three_digits(travel_m));
         (shown, "mm under headings in m, or µm under headings in mm")
     } else {
         return None;
@@ -156,9 +157,9 @@ fn of(name: &str) -> String {
 /// What speaks against a press over such a way.
 pub(super) fn of_press(way_m: f64) -> Option<String> {
     let (long, because) = if way_m < LEAST_PRESS_M {
-        (format!("{} µm", figure(1e6 * way_m)), "metres under a heading in mm")
+        (format!("{} µm", three_digits(1e6 * way_m)), "metres under a heading in mm")
     } else if way_m > MOST_PRESS_M {
-        (format!("{} mm", figure(1e3 * way_m)), "mm under a heading in m, or µm under one in mm")
+        (format!("{} mm", three_digits(1e3 * way_m)), "mm under a heading in m, or µm under one in mm")
     } else {
         return None;
     };
@@ -180,16 +181,6 @@ fn because(factor: f64, ratios: &[Ratio]) -> String {
         || ": a column is in another unit than its heading says, or the instrument is broken".to_owned(),
         |(_, words)| format!(": {words}"),
     )
-}
-
-/// Three digits that count.
-fn figure(value: f64) -> String {
-    let size = value.abs();
-    if !(1e-4..1e6).contains(&size) {
-        return format!("{value:.2e}");
-    }
-    let decimals = (2.0 - size.log10().floor()).max(0.0) as usize;
-    format!("{value:.decimals$}")
 }
 
 #[cfg(test)]
