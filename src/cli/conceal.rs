@@ -264,8 +264,9 @@ fn write(
         "session": session(arguments, waiting.index, waiting.skipped),
         "passed_over": waiting.skipped,
         "passed_over_because": waiting.refused.as_ref().map(ToString::to_string),
-        "strength": recorded.strength.map(|s| s.net),
-        "signal": recorded.strength.map(|s| s.signal),
+        "strength": recorded.strength.as_ref().map(|s| s.net),
+        "own_strength": recorded.strength.as_ref().map(|s| &s.own),
+        "signal": recorded.strength.as_ref().map(|s| s.signal),
         "bundle_sha256": bundle_sum(bundle.path())?,
     });
     seal_answer(folder, seal, draw, &waiting.world, &more, hashes)?;

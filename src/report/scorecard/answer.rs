@@ -16,6 +16,9 @@ pub struct Answer {
     /// What the effects change in the readings, over their noise; none where nothing is concealed.
     #[serde(default)]
     pub strength: Option<f64>,
+    /// The same of each entry beside the others, by physics id.
+    #[serde(default)]
+    pub own_strength: Option<BTreeMap<String, f64>>,
     /// Norm of the readings, over their noise, where something is concealed.
     #[serde(default)]
     pub signal: Option<f64>,

@@ -4,6 +4,7 @@ use super::answer::{Answer, Figure};
 use super::judge::{Draw, judge};
 use super::said::{Number, Said, Verdict};
 use crate::units::{pascals, three_digits};
+use std::collections::BTreeMap;
 
 /// What a draw concealed and what was said of it, side by side.
 pub fn draw_text(draw: &Draw) -> String {
@@ -26,7 +27,15 @@ fn of_answer(answer: &Answer) -> String {
         let parameters = answer.parameters.get(id).into_iter().flatten();
         with_parameters(id, parameters.map(|(id, figure)| (id.as_str(), of_figure(figure))))
     };
-    let strength = answer.strength.map_or(String::new(), |s| format!(", strength {s:.1}"));
+    let own = |own: &BTreeMap<String, f64>| match own.len() {
+        0 | 1 => String::new(),
+        _ => {
+            format!(" ({})", own.iter().map(|(id, s)| format!("{id} {s:.1}")).collect::<Vec<_>>().join(", "))
+        }
+    };
+    let strength = answer.strength.map_or(String::new(), |s| {
+        format!(", strength {s:.1}{}", answer.own_strength.as_ref().map_or(String::new(), own))
+    });
     format!("{}; E {}{strength}", listed(&answer.physics, parameters), pascals(answer.young_modulus_pa))
 }
 
@@ -115,5 +124,11 @@ mod tests {
             "draw-0001: right, in 12 s\n  concealed  late-contact (gap_m 0.000800); E 10.10 kPa, strength 30.2\n  \
              said       late-contact (gap_m 0.000790 ± 1.00e-5), or tip-slip; E 10.09 kPa (before 9.00 kPa), confidence 90 %"
         );
+        let mut two = draw;
+        two.answer.physics.push("drying".to_owned());
+        two.answer.own_strength =
+            Some([("late-contact".to_owned(), 29.0), ("drying".to_owned(), 4.0)].into());
+        let text = draw_text(&two);
+        assert!(text.contains("strength 30.2 (drying 4.0, late-contact 29.0)"), "{text}");
     }
 }

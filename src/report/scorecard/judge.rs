@@ -81,6 +81,8 @@ pub struct Judged {
     pub evidence: Option<Weighed>,
     /// Strength of the effects.
     pub strength: Option<f64>,
+    /// Of each beside the others, in the order of their ids; empty where it is not known.
+    pub own_strength: Vec<f64>,
     /// Strength over the norm of the readings.
     pub strength_share: Option<f64>,
     /// Distance between concealed and found place (m), where the right entry has one.
@@ -114,6 +116,7 @@ pub fn judge(draw: &Draw) -> Judged {
         confidence: None,
         evidence: None,
         strength: answer.strength,
+        own_strength: own_strength(answer).unwrap_or_default(),
         strength_share: answer.strength.zip(answer.signal).map(|(strength, signal)| strength / signal),
         place_error_m: None,
         parameters: Vec::new(),
@@ -145,6 +148,11 @@ pub fn judge(draw: &Draw) -> Judged {
     judged.modulus_covered = after.covered;
     judged.held_out = said.held_out();
     judged
+}
+
+fn own_strength(answer: &Answer) -> Option<Vec<f64>> {
+    let own = answer.own_strength.as_ref()?;
+    answer.physics.iter().map(|id| own.get(id).copied()).collect()
 }
 
 fn kind(answer: &Answer) -> Kind {
@@ -280,6 +288,20 @@ mod tests {
         assert_eq!(errors.len(), 2, "{errors:?}");
         assert!(errors.iter().all(|e| (e.1 - 0.1).abs() < 1e-9), "{errors:?}");
         assert_eq!(errors.iter().map(|e| e.2).collect::<Vec<_>>(), [Some(false), Some(true)].to_vec());
+    }
+
+    #[test]
+    fn own_strengths_stand_in_the_order_of_the_ids() {
+        let of = |own: serde_json::Value| {
+            let answer =
+                json!({"physics": ["inclusion", "drying"], "young_modulus_pa": 1e4, "own_strength": own});
+            let answer = serde_json::from_value(answer).expect("an answer");
+            judge(&Draw { name: String::new(), answer, said: Said::Failed(String::new()), seconds: 0.0 })
+                .own_strength
+        };
+        assert_eq!(of(json!({"drying": 4.0, "inclusion": 9.0})), [9.0, 4.0]);
+        assert_eq!(of(json!({"drying": 4.0})), [0.0; 0]);
+        assert_eq!(of(json!(null)), [0.0; 0]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The scorecard as a page: figures, reliability, power against strength, and every draw. One file that needs nothing
 //! but itself.
 
+use super::judge::Judged;
 use super::tally::Scorecard;
 use super::text::rows;
 use crate::report::ReportError;
@@ -27,6 +28,13 @@ pub fn scorecard_page(card: &Scorecard, title: &str) -> Result<String, ReportErr
             let number = |value: Option<f64>, decimals: usize| {
                 value.map_or("–".to_owned(), |v| format!("{v:.decimals$}"))
             };
+            let strength = |j: &Judged| match j.own_strength.len() {
+                0 | 1 => number(j.strength, 1),
+                _ => {
+                    let own: Vec<String> = j.own_strength.iter().map(|&own| number(Some(own), 1)).collect();
+                    format!("{} ({})", number(j.strength, 1), own.join(" + "))
+                }
+            };
             let named = match (&j.error, j.ambiguous_with.is_empty()) {
                 (Some(error), _) => error.clone(),
                 (None, true) => joined(&j.named, "nothing"),
@@ -37,7 +45,7 @@ pub fn scorecard_page(card: &Scorecard, title: &str) -> Result<String, ReportErr
             [
                 j.name.clone(),
                 joined(&j.concealed, "nothing"),
-                number(j.strength, 1),
+                strength(j),
                 number(j.strength_share.map(|share| 100.0 * share), 2),
                 named,
                 number(j.confidence, 2),

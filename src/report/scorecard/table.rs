@@ -5,13 +5,14 @@ use super::tally::Scorecard;
 use crate::report::ReportError;
 use serde::Serialize;
 
-/// A draw. Ids are joined by `+`; what is not known is empty.
+/// A draw. Ids, and their own strengths, are joined by `+`; what is not known is empty.
 #[derive(Serialize)]
 struct Row<'a> {
     draw: &'a str,
     kind: Kind,
     concealed: String,
     strength: Option<f64>,
+    own_strength: String,
     strength_share: Option<f64>,
     named: String,
     ambiguous_with: String,
@@ -50,6 +51,7 @@ fn row(judged: &Judged) -> Row<'_> {
         kind: judged.kind,
         concealed: judged.concealed.join("+"),
         strength: judged.strength,
+        own_strength: judged.own_strength.iter().map(ToString::to_string).collect::<Vec<_>>().join("+"),
         strength_share: judged.strength_share,
         named: judged.named.join("+"),
         ambiguous_with: judged.ambiguous_with.join("+"),

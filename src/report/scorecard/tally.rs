@@ -65,6 +65,10 @@ impl Limit {
         draw.strength.is_none_or(|s| s >= self.strength)
             && draw.strength_share.is_none_or(|s| s >= self.share)
     }
+
+    fn passed_by_each(&self, draw: &Judged) -> bool {
+        draw.own_strength.iter().all(|s| *s >= self.strength)
+    }
 }
 
 /// The scorecard.
@@ -80,10 +84,14 @@ pub struct Scorecard {
     pub named_right: Share,
     /// The same of all strengths.
     pub named_right_all: Share,
-    /// Several effects above the limit: all named.
+    /// Several effects, each above the limit beside the others: all named.
     pub several_right: Share,
-    /// Several effects above the limit: some named, and nothing else.
+    /// Several effects that are above the limit together: all named.
+    pub together_right: Share,
+    /// Several effects, each above the limit beside the others: some named, and nothing else.
     pub several_partly: Share,
+    /// Several effects that are above the limit together: some named, and nothing else.
+    pub together_partly: Share,
     /// Nothing concealed: a mismatch called.
     pub false_alarms: Share,
     /// Off the catalogue, above the limit: called unexplained.
@@ -143,6 +151,7 @@ impl Scorecard {
         let is = |outcome: Outcome| move |j: &Judged| j.outcome == outcome;
         let one = |j: &Judged| j.kind == Kind::One;
         let several = |j: &Judged| j.kind == Kind::Several && above(j);
+        let each = |j: &Judged| several(j) && detection_limit.passed_by_each(j);
         let off = |j: &Judged| j.kind == Kind::OffCatalogue && above(j);
         let listed = |j: &Judged| matches!(j.kind, Kind::One | Kind::Several);
         let listed_above = |j: &Judged| listed(j) && above(j);
@@ -167,8 +176,10 @@ impl Scorecard {
             detection_limit,
             named_right: share(&|j| one(j) && above(j), &is(Outcome::Right)),
             named_right_all: share(&one, &is(Outcome::Right)),
-            several_right: share(&several, &is(Outcome::Right)),
-            several_partly: share(&several, &is(Outcome::Partly)),
+            several_right: share(&each, &is(Outcome::Right)),
+            together_right: share(&several, &is(Outcome::Right)),
+            several_partly: share(&each, &is(Outcome::Partly)),
+            together_partly: share(&several, &is(Outcome::Partly)),
             false_alarms: share(&nothing, &is(Outcome::FalseAlarm)),
             off_catalogue_unexplained: share(&off, &is(Outcome::Right)),
             off_catalogue_named: share(&off, &is(Outcome::WrongName)),
@@ -263,6 +274,7 @@ mod tests {
             confidence: Some(confidence),
             evidence: None,
             strength,
+            own_strength: Vec::new(),
             strength_share: None,
             place_error_m: None,
             parameters: Vec::new(),
@@ -308,6 +320,28 @@ mod tests {
         let names: Vec<&str> = card.lines.iter().map(|l| l.concealed.as_str()).collect();
         assert_eq!(names, ["drying", "drying + inclusion", "nothing", "unexplained"]);
         assert_eq!(card.lines[0].instead.get("tip-slip"), Some(&2));
+    }
+
+    #[test]
+    fn of_several_each_must_pass_the_limit_by_itself() {
+        let with = |outcome, own: &[f64]| {
+            let draw = judged(Kind::Several, outcome, 0.9, Some(50.0));
+            Judged { own_strength: own.to_vec(), ..draw }
+        };
+        let draws = vec![
+            with(Outcome::Right, &[40.0, 12.0]),
+            with(Outcome::Right, &[49.0, 9.0]),
+            with(Outcome::Partly, &[49.0, 3.0]),
+            with(Outcome::Partly, &[]),
+        ];
+        let card = Scorecard::of(draws, Limit { strength: 10.0, share: 0.0 });
+        let share = |of, all| Share { of, all };
+        assert_eq!(
+            (card.several_right, card.several_partly),
+            (share(1, 2), share(1, 2)),
+            "unknown is not below"
+        );
+        assert_eq!((card.together_right, card.together_partly), (share(2, 4), share(2, 4)));
     }
 
     #[test]

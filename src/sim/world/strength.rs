@@ -7,14 +7,17 @@ use crate::geometry::Vec3;
 use crate::observation::{MarkerRow, Noise, Recording};
 use crate::sim::SimError;
 use nalgebra::{DMatrix, DVector};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// What effects change in the readings.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Strength {
     /// Root of the sum of squares of what they change in forces and markers, each over its standard deviation, less what
     /// another modulus and other stiffnesses of the springs would change alike (at first order).
     pub net: f64,
+    /// The same of each entry of the catalogue by itself (`unexplained` for what it does not list), less also what more or
+    /// less of the others would change alike.
+    pub own: BTreeMap<&'static str, f64>,
     /// Root of the sum of squares of the readings themselves, without effects and noise.
     pub signal: f64,
 }
@@ -38,11 +41,12 @@ impl World {
         }
         let mut plain = World { effects: Vec::new(), ..self.clone() };
         plain.phantom.poisson_ratio = stated;
+        let as_made = phantom;
         let other = match misstated {
             true => Some(Phantom::prepare(&plain.phantom)?),
             false => None,
         };
-        let phantom = other.as_ref().unwrap_or(phantom);
+        let phantom = other.as_ref().unwrap_or(as_made);
         let mut quiet = plain.clone();
         quiet.instruments.noise =
             Noise { force_n: [0.0; 3], torque_nm: [0.0; 3], marker_m: [0.0; 3], stage_m: [0.0; 3] };
@@ -58,17 +62,46 @@ impl World {
         }
         let with = Readings::of(recording, &recording.noise);
         let without = Readings::of(&plain.record(phantom)?, &recording.noise);
+        let ids: Vec<&'static str> = misstated
+            .then_some("poisson-ratio")
+            .into_iter()
+            .chain(self.effects.iter().map(|effect| effect.physics().unwrap_or("unexplained")))
+            .collect();
+        let mut lacking = Vec::new();
+        if ids.len() > 1 {
+            if misstated {
+                let mut rightly_stated = self.clone();
+                rightly_stated.phantom.poisson_ratio = stated;
+                lacking.push(Readings::of(&rightly_stated.record(phantom)?, &recording.noise));
+            }
+            for index in 0..self.effects.len() {
+                let mut world = self.clone();
+                world.effects.remove(index);
+                lacking.push(Readings::of(&world.record(as_made)?, &recording.noise));
+            }
+        }
         // Rows that only some of them have seen do not count.
-        let seen = with.seen_also_by([&without, &quietly].into_iter().chain(&others));
+        let seen = with.seen_also_by([&without, &quietly].into_iter().chain(&others).chain(&lacking));
         let [with, without, quietly] = [with, without, quietly].map(|readings| readings.of_seen(&seen));
         // The stage drives: another modulus, of phantom and springs, is a common factor of the forces.
         let mut forces = quietly.clone();
         forces.rows_range_mut(3 * recording.wrench.force_n.len()..).fill(0.0);
         let others = others.iter().map(|other| other.of_seen(&seen) - &quietly);
         let columns: Vec<DVector<f64>> = std::iter::once(forces).chain(others).collect();
+        let changes: Vec<DVector<f64>> = lacking.iter().map(|lacks| &with - lacks.of_seen(&seen)).collect();
         let net = beyond(with - without, &columns);
-        Ok(Some(Strength { net, signal: quietly.norm() }))
+        let own = match changes.len() {
+            0 => ids.into_iter().map(|id| (id, net)).collect(),
+            _ => ids.into_iter().enumerate().map(|(i, id)| (id, beside(i, &changes, &columns))).collect(),
+        };
+        Ok(Some(Strength { net, own, signal: quietly.norm() }))
     }
+}
+
+/// Norm of what of one of the changes neither the others nor the columns make alike.
+fn beside(one: usize, changes: &[DVector<f64>], columns: &[DVector<f64>]) -> f64 {
+    let others = changes.iter().enumerate().filter(|(i, _)| *i != one).map(|(_, change)| change.clone());
+    beyond(changes[one].clone(), &columns.iter().cloned().chain(others).collect::<Vec<_>>())
 }
 
 /// Norm of what of `change` the columns leave (least squares).
@@ -109,5 +142,21 @@ impl Readings {
     fn of_seen(&self, seen: &[(u32, u32)]) -> DVector<f64> {
         let values = self.force.iter().chain(seen.iter().map(|key| &self.moved[key]));
         DVector::from_vec(values.flat_map(|v| v.iter().copied()).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of (1, 1, 0), less the first axis, (0, 3, 1) leaves 1/√10.
+    #[test]
+    fn what_others_make_alike_is_not_an_effects_own() {
+        let vector = |v: [f64; 3]| DVector::from_column_slice(&v);
+        let changes = [vector([1.0, 1.0, 0.0]), vector([0.0, 3.0, 1.0])];
+        let columns = [vector([2.0, 0.0, 0.0])];
+        assert!((beside(0, &changes, &columns) - 0.1_f64.sqrt()).abs() < 1e-12);
+        assert!((beside(1, &changes, &columns) - 1.0).abs() < 1e-12);
+        assert!(beside(0, &[vector([1.0, 1.0, 0.0]), vector([5.0, 2.0, 0.0])], &columns) < 1e-12);
     }
 }

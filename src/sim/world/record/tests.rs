@@ -268,6 +268,27 @@ fn strength_is_what_a_recording_shows() {
     assert!(one > 1.0 && (two - 2.0 * one).abs() < 0.15, "{one}, {two}");
 }
 
+/// One acts on the force alone, the other on the camera alone, and springs couple the two: beside another an effect is weaker than by itself.
+#[test]
+fn each_of_two_effects_has_a_strength_of_its_own() {
+    let strength = |effects: Vec<Effect>| {
+        let mut world = world(effects);
+        world.instruments.noise = Instruments::default().noise;
+        let recording = world.record(phantom()).expect("a recording");
+        world.strength(phantom(), &recording).expect("a strength").expect("effects")
+    };
+    let gain = Effect::Rig(Rig::ForceGain { gain: [1.0, 1.0, 1.02] });
+    let scale = Effect::Rig(Rig::CameraScale { scale: 1.3, depth_gain: 1.0 });
+    let [weak, strong, both] = [vec![gain.clone()], vec![scale.clone()], vec![gain, scale]].map(strength);
+    assert_eq!(weak.own, [("force-gain", weak.net)].into());
+    assert!(strong.net > 5.0 * weak.net, "{weak:?} {strong:?}");
+    for (id, alone) in [("force-gain", &weak), ("camera-scale", &strong)] {
+        let share = both.own[id] / alone.net;
+        assert!(share > 0.5 && share < 1.02, "{id}: {alone:?} {both:?}");
+    }
+    assert!(both.net > both.own["camera-scale"], "{both:?}");
+}
+
 /// What the operator states shows as what a phantom as stated would have done.
 #[test]
 fn a_wrong_statement_has_a_strength() {
