@@ -33,6 +33,7 @@ mod refit;
 mod residual;
 mod restraint;
 mod result;
+mod rim;
 mod rows;
 mod search;
 mod shared_error;

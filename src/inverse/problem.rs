@@ -303,14 +303,17 @@ impl<'a> Problem<'a> {
                 Parameter::LogRadius(p) => state.patches[*p].radius_m *= value.exp(),
             }
         }
-        let mut inside = true;
-        for (patch, before) in state.patches.iter_mut().zip(&at.state.patches) {
+        let mut held_back = Vec::new();
+        for (p, (patch, before)) in state.patches.iter_mut().zip(&at.state.patches).enumerate() {
             let nearest = self.on_the_surface(&patch.centre);
             let asked = (patch.centre - before.centre).norm();
-            inside &= (nearest - patch.centre).norm() <= OFF_SURFACE * asked;
+            let short = patch.centre - nearest;
+            if short.norm() > OFF_SURFACE * asked {
+                held_back.push((p, short));
+            }
             patch.centre = nearest;
         }
-        Moved { state, inside }
+        Moved { state, held_back }
     }
 
     /// The point of the search surface (m) that is nearest to a place.
@@ -325,8 +328,8 @@ impl<'a> Problem<'a> {
 pub struct Moved {
     /// The state.
     pub state: State,
-    /// Whether every patch could go where the step wanted it.
-    pub inside: bool,
+    /// Patches that could not go where the step wanted them, and from where they went to there (m).
+    pub held_back: Vec<(usize, Vec3)>,
 }
 
 /// A patch was held back when it had to be brought back by more than this share of its step.

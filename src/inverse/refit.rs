@@ -2,6 +2,7 @@
 
 use super::error::InverseError;
 use super::problem::{Linearised, Parameter, Problem, State};
+use super::rim::Given;
 use crate::fem::{FemError, disc_self_compliance};
 use nalgebra::DVector;
 use std::collections::VecDeque;
@@ -54,16 +55,13 @@ impl Default for Damping {
 }
 
 impl Damping {
-    /// A step from `at` against `residual`, no longer than allowed, and the gain that it promises; `None` when the
+    /// A step from `at` with what is `given`, no longer than allowed, and the gain that it promises; `None` when the
     /// damped equations are still not positive definite.
-    pub(super) fn step(&self, at: &Linearised, residual: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
+    fn step(&self, at: &Linearised, given: &Given) -> Option<(DVector<f64>, f64)> {
         let normal = at.jacobian.transpose() * &at.jacobian;
-        let gradient = at.jacobian.transpose() * residual;
-        let mut damped = normal.clone();
-        for i in 0..normal.nrows() {
-            damped[(i, i)] += self.factor * normal[(i, i)].max(f64::MIN_POSITIVE);
-        }
-        let mut step: DVector<f64> = damped.cholesky()?.solve(&gradient);
+        let gradient = at.jacobian.transpose() * &at.residual;
+        let damping = normal.diagonal().map(|d| self.factor * d.max(f64::MIN_POSITIVE));
+        let mut step = given.least(&normal, &gradient, &damping)?;
         let longest = at
             .parameters
             .iter()
@@ -129,15 +127,21 @@ pub(super) fn descend_below(
             break;
         }
         let enough = enough * unit(&at);
-        let Some((step, promised)) = damping.step(&at, &at.residual) else {
+        let mut given = Given::default();
+        let mut step = damping.step(&at, &given);
+        let mut moved = step.as_ref().map(|(step, _)| problem.moved(&at, step));
+        while moved.as_ref().is_some_and(|moved| given.take(&at, moved)) {
+            step = damping.step(&at, &given);
+            moved = step.as_ref().map(|(step, _)| problem.moved(&at, step));
+        }
+        let Some(((_, promised), moved)) = step.zip(moved) else {
             damping.refused();
             continue;
         };
         if promised < enough || at.chi2() - OPTIMISM * promised > hopeless {
             break;
         }
-        let moved = problem.moved(&at, &step);
-        let inside = moved.inside;
+        let inside = moved.held_back.is_empty();
         let tried = where_answered(problem.predicted(&bounded(moved.state, problem)))?;
         match tried.map(|tried| (at.chi2() - tried.residual.norm_squared(), tried)) {
             Some((gain, tried)) if gain > 0.0 => {
