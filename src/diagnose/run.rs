@@ -27,9 +27,9 @@ use super::place::{parts, region};
 use super::refit::{Effort, Fitted, IN_FULL, descend, descend_from};
 use super::restrained::restrained;
 use super::rivals::others;
-use super::select::{Ended, MOST, Selection, Tried, finished, select};
+use super::select::{Ended, LARGE, MOST, Selection, Tried, extended, finished, least, select};
 use super::undecided::undecided;
-use super::verdict::{EXPLAINS, Judged, ball_centre, judge};
+use super::verdict::{EXPLAINS, Judged, ball_centre, beyond_chance, judge};
 use crate::inverse::{self, Mounted, Settled, cut_finer, settled};
 use crate::observation::Recording;
 use nalgebra::{DMatrix, DVector};
@@ -139,16 +139,23 @@ impl Run<'_> {
             None => Beyond::noise(&left(model, &selection.base)?),
         };
         let acting = readings.first().map_or(0, |tried| tried.physics.len());
+        // What is plain, and yet not believed, may want another restraint than what was found without it.
+        let plain_alone = |tried: &Tried| {
+            let gain = selection.base.cost - tried.fitted.cost;
+            matches!(tried.physics[..], [p] if beyond_chance(&[gain / least(model, &selection.base, p)]))
+        };
+        let disbelieved = selection.chosen.is_none() && readings.first().is_some_and(plain_alone);
         // What as many effects as may act do not come close to restraint is not expected to bring close.
         let asked =
             if acting == MOST || selection.ended == Some(Ended::Hopeless) { EXPLAINS } else { WORTH_IT };
-        let done = look + 1 == LOOKS.len() || acting == effects || (quiet && selection.chosen.is_none());
+        let nothing_left = quiet && selection.chosen.is_none() && !disbelieved;
+        let done = look + 1 == LOOKS.len() || acting == effects || nothing_left;
         let ends = match readings.first().filter(|_| !done) {
             Some(best) => {
                 let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
                 let unseen = [unseen_sd(plain.model, plain.fitted), unseen_sd(model, &best.fitted)];
                 let of_means = before.explained(&Beyond::noise(&left(model, &best.fitted)?));
-                of_means < asked && !explains_unseen(unseen, asked)
+                of_means < asked && !explains_unseen(unseen, asked) && !disbelieved
             }
             None => true,
         };
@@ -376,7 +383,14 @@ fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Se
     if ambiguous_with.is_empty() && named && *confidence >= settings.enough {
         return None;
     }
-    let best = asked_about(selection, judged.near)?;
+    let promising;
+    let best = match asked_about(selection, judged.near) {
+        Some(best) => best,
+        None => {
+            promising = most_promising(model, selection)?;
+            &promising
+        }
+    };
     let mut rivals: Vec<Standing<'_>> = Vec::new();
     for rival in others(selection, best).into_iter().map(|i| &selection.tried[i]) {
         if rivals.len() < RIVALS && rivals.iter().all(|(physics, _)| *physics != rival.physics) {
@@ -392,6 +406,15 @@ fn next(model: &Model<'_>, selection: &Selection, judged: &Judged, settings: &Se
         None => rivals.push((&[], &selection.base)),
     }
     next_poke(model, (&best.physics, &best.fitted), &rivals, settings)
+}
+
+/// What promised most at first order, refitted, where none promised enough for that: a poke can tell whether it acts. Laws that are not linear
+/// are too dear to ask about unless they are refitted anyway.
+fn most_promising(model: &Model<'_>, selection: &Selection) -> Option<Tried> {
+    let linear = selection.screened.iter().map(|s| &s.start).find(|start| !LARGE.contains(&start.physics))?;
+    let (acting, at) = extended(model, selection.base.place(), &linear.knobs);
+    let fitted = descend(model, &acting, at, Effort { at_rest: CLOSE_ENOUGH, ..IN_FULL })?;
+    Some(Tried { physics: vec![linear.physics], fitted })
 }
 
 /// So many of the readings that come closest are to be told from the best.

@@ -56,7 +56,7 @@ pub(super) const EXPLAINS: f64 = 0.8;
 const BEYOND_CHANCE: f64 = 2.0;
 
 /// Whether something acts beyond chance: one effect that does is enough, however little another adds.
-fn beyond_chance(earned: &[f64]) -> bool {
+pub(super) fn beyond_chance(earned: &[f64]) -> bool {
     earned.iter().any(|gain| *gain >= BEYOND_CHANCE)
 }
 
