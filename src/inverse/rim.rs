@@ -70,7 +70,50 @@ impl Given {
 
 #[cfg(test)]
 mod tests {
+    use super::super::blocks::Blocks;
+    use super::super::forward::Prediction;
+    use super::super::problem::State;
+    use super::super::restraint::{Mounted, Restraint};
     use super::*;
+
+    /// A patch half a millimetre from a rim, and a step of a millimetre across it and two along: it comes as far as the rim, and the step along it
+    /// is sought anew. On the rim it stays there.
+    #[test]
+    fn a_patch_goes_to_the_rim_and_along_it() {
+        let patch = |x: f64, y: f64| Restraint {
+            centre: Vec3::new(x, y, 0.0),
+            radius_m: 0.005,
+            softness: 10.0,
+            glued: false,
+        };
+        let state = |x, y| State { modulus: 1e4, patches: vec![patch(x, y)] };
+        let at = |x: f64| Linearised {
+            state: state(x, 0.0),
+            mounted: Mounted { discs: Vec::new(), groups: Vec::new(), blocks: Blocks::default() },
+            prediction: Prediction { sites: Vec::new() },
+            residual: DVector::zeros(0),
+            jacobian: DMatrix::zeros(0, 3),
+            parameters: vec![
+                Parameter::LogModulus,
+                Parameter::Shift(0, Vec3::x()),
+                Parameter::Shift(0, Vec3::y()),
+            ],
+            unrest: 0.0,
+            unsettled: None,
+        };
+        let moved =
+            |over: f64| Moved { state: state(0.0, 2e-3), held_back: vec![(0, Vec3::new(over, 0.0, 0.0))] };
+        for (x, over) in [(-5e-4, 5e-4), (0.0, 1e-3)] {
+            let mut given = Given::default();
+            assert!(given.take(&at(x), &moved(over)) && !given.take(&at(x), &moved(over)), "{x}");
+            let step =
+                given.least(&normal(), &DVector::from_element(3, 1.0), &DVector::from_element(3, 1e-9));
+            let step = step.expect("a step");
+            assert!((step[1] + x).abs() < 1e-12 && step[2].abs() > 0.1, "{x}: {step}");
+        }
+        assert!(!Given::default().take(&at(0.0), &moved(1e-12)), "short by rounding only");
+        assert!(!Given::default().take(&at(0.0), &Moved { state: state(0.0, 2e-3), held_back: Vec::new() }));
+    }
 
     fn normal() -> DMatrix<f64> {
         DMatrix::from_row_slice(3, 3, &[4.0, 1.0, 0.5, 1.0, 3.0, -0.7, 0.5, -0.7, 2.0])
