@@ -8,7 +8,7 @@ pub(super) const LEAST_CONFIDENCE: f64 = 0.5;
 
 /// Confidence that nothing is left out, where nothing is called: where what the baseline leaves is less than half of all noise leaves and no
 /// entry comes near to what is asked of it (`nearest` is the largest share that one explains by itself), and where something hardly shows.
-/// Of 483 concealed draws 181 of 189 and 16 of 28 were right about it.
+/// Of 500 concealed draws 188 of 196 and 17 of 29 were right about it.
 pub(super) fn nothing_left_out(p_value: f64, nearest: f64) -> f64 {
     let [nothing_shows, hardly] = NOTHING_LEFT_OUT;
     if p_value > HARDLY_SHOWS && nearest < NEAR { nothing_shows } else { hardly }
