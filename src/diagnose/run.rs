@@ -20,7 +20,7 @@ use super::law::with_its_law;
 use super::left::Left;
 use super::limits::limits;
 use super::model::Model;
-use super::nearest::asked_about;
+use super::nearest::{asked_about, nearest};
 use super::next_poke::{Standing, next_poke};
 use super::parameters::{parameters, springs, stiffness};
 use super::place::{parts, region};
@@ -139,23 +139,21 @@ impl Run<'_> {
             None => Beyond::noise(&left(model, &selection.base)?),
         };
         let acting = readings.first().map_or(0, |tried| tried.physics.len());
-        // What is plain, and yet not believed, may want another restraint than what was found without it.
-        let plain_alone = |tried: &Tried| {
-            let gain = selection.base.cost - tried.fitted.cost;
-            matches!(tried.physics[..], [p] if beyond_chance(&[gain / least(model, &selection.base, p)]))
-        };
-        let disbelieved = selection.chosen.is_none() && readings.first().is_some_and(plain_alone);
+        // What is plain, and yet not chosen, may want another restraint than what was found without it.
+        let asked_of = |physics| least(model, &selection.base, physics);
+        let nearest = nearest(&selection, selection.base.cost, model.base(), asked_of);
+        let wants_another = selection.chosen.is_none() && nearest.is_some_and(|n| beyond_chance(&[n.share]));
         // What as many effects as may act do not come close to restraint is not expected to bring close.
         let asked =
             if acting == MOST || selection.ended == Some(Ended::Hopeless) { EXPLAINS } else { WORTH_IT };
-        let nothing_left = quiet && selection.chosen.is_none() && !disbelieved;
+        let nothing_left = quiet && selection.chosen.is_none() && !wants_another;
         let done = look + 1 == LOOKS.len() || acting == effects || nothing_left;
         let ends = match readings.first().filter(|_| !done) {
             Some(best) => {
                 let plain = plain.unwrap_or(Explained { model, fitted: &selection.base });
                 let unseen = [unseen_sd(plain.model, plain.fitted), unseen_sd(model, &best.fitted)];
                 let of_means = before.explained(&Beyond::noise(&left(model, &best.fitted)?));
-                of_means < asked && !explains_unseen(unseen, asked) && !disbelieved
+                of_means < asked && !explains_unseen(unseen, asked) && !wants_another
             }
             None => true,
         };

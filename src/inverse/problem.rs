@@ -328,7 +328,7 @@ impl<'a> Problem<'a> {
 pub struct Moved {
     /// The state.
     pub state: State,
-    /// Patches that could not go where the step wanted them, and from where they went to there (m).
+    /// Patches that could not go where the step wanted them, each with the way from where it came to where it was wanted (m).
     pub held_back: Vec<(usize, Vec3)>,
 }
 

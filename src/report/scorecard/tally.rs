@@ -66,6 +66,7 @@ impl Limit {
             && draw.strength_share.is_none_or(|s| s >= self.share)
     }
 
+    /// Whether each effect of a draw passes by itself; what is not known does not count as below.
     fn passed_by_each(&self, draw: &Judged) -> bool {
         draw.own_strength.iter().all(|s| *s >= self.strength)
     }
@@ -84,14 +85,14 @@ pub struct Scorecard {
     pub named_right: Share,
     /// The same of all strengths.
     pub named_right_all: Share,
-    /// Several effects, each above the limit beside the others: all named.
+    /// Several effects above the limit together: all named.
     pub several_right: Share,
-    /// Several effects that are above the limit together: all named.
-    pub together_right: Share,
-    /// Several effects, each above the limit beside the others: some named, and nothing else.
+    /// Several effects above the limit together: some named, and nothing else.
     pub several_partly: Share,
-    /// Several effects that are above the limit together: some named, and nothing else.
-    pub together_partly: Share,
+    /// Of these, where each is above the limit beside the others: all named.
+    pub each_right: Share,
+    /// Of these, where each is above the limit beside the others: some named, and nothing else.
+    pub each_partly: Share,
     /// Nothing concealed: a mismatch called.
     pub false_alarms: Share,
     /// Off the catalogue, above the limit: called unexplained.
@@ -176,10 +177,10 @@ impl Scorecard {
             detection_limit,
             named_right: share(&|j| one(j) && above(j), &is(Outcome::Right)),
             named_right_all: share(&one, &is(Outcome::Right)),
-            several_right: share(&each, &is(Outcome::Right)),
-            together_right: share(&several, &is(Outcome::Right)),
-            several_partly: share(&each, &is(Outcome::Partly)),
-            together_partly: share(&several, &is(Outcome::Partly)),
+            several_right: share(&several, &is(Outcome::Right)),
+            several_partly: share(&several, &is(Outcome::Partly)),
+            each_right: share(&each, &is(Outcome::Right)),
+            each_partly: share(&each, &is(Outcome::Partly)),
             false_alarms: share(&nothing, &is(Outcome::FalseAlarm)),
             off_catalogue_unexplained: share(&off, &is(Outcome::Right)),
             off_catalogue_named: share(&off, &is(Outcome::WrongName)),
@@ -336,12 +337,8 @@ mod tests {
         ];
         let card = Scorecard::of(draws, Limit { strength: 10.0, share: 0.0 });
         let share = |of, all| Share { of, all };
-        assert_eq!(
-            (card.several_right, card.several_partly),
-            (share(1, 2), share(1, 2)),
-            "unknown is not below"
-        );
-        assert_eq!((card.together_right, card.together_partly), (share(2, 4), share(2, 4)));
+        assert_eq!((card.each_right, card.each_partly), (share(1, 2), share(1, 2)), "unknown is not below");
+        assert_eq!((card.several_right, card.several_partly), (share(2, 4), share(2, 4)));
     }
 
     #[test]

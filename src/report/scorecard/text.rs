@@ -9,7 +9,7 @@ pub fn scorecard_text(card: &Scorecard) -> String {
     let mut text = format!("{} draws{how}, {:.1} s each on average\n\n", card.draws, card.mean_seconds);
     for [name, value] in rows(card) {
         // Writing to a String can't fail.
-        let _ = writeln!(text, "{name:<72} {value}");
+        let _ = writeln!(text, "{name:<58} {value}");
     }
     text.push_str("\nconfidence       draws   mean   right\n");
     for bin in &card.reliability {
@@ -45,10 +45,10 @@ pub(super) fn rows(card: &Scorecard) -> Vec<[String; 2]> {
     vec![
         limited("one effect: named right", share(card.named_right)),
         row("one effect, any strength: named right", share(card.named_right_all)),
-        limited("several effects, each by itself: all named", share(card.several_right)),
-        limited("several effects, together: all named", share(card.together_right)),
-        limited("several effects, each by itself: some named, nothing else", share(card.several_partly)),
-        limited("several effects, together: some named, nothing else", share(card.together_partly)),
+        limited("several effects: all named", share(card.several_right)),
+        limited("several effects: some named, nothing else", share(card.several_partly)),
+        limited("each of several: all named", share(card.each_right)),
+        limited("each of several: some named, nothing else", share(card.each_partly)),
         row("nothing concealed: false alarm", share(card.false_alarms)),
         limited("off the catalogue: called unexplained", share(card.off_catalogue_unexplained)),
         limited("off the catalogue: something named", share(card.off_catalogue_named)),

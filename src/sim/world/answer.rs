@@ -7,6 +7,9 @@ use crate::sim::truth::TrueRestraint;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+/// The entry of the one effect that is not in the world but in what the operator states of it.
+pub(super) const POISSON_RATIO: &str = "poisson-ratio";
+
 /// The answer to a recording, in the terms of `diagnosis.json` and the physics catalogue.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Answer {
@@ -52,13 +55,13 @@ impl Answer {
         let mut physics = Vec::new();
         let mut parameters: BTreeMap<_, BTreeMap<_, _>> = BTreeMap::new();
         if world.stated_poisson_ratio != world.phantom.poisson_ratio {
-            physics.push("poisson-ratio");
+            physics.push(POISSON_RATIO);
             let figure = Figure::Number(world.phantom.poisson_ratio);
-            parameters.insert("poisson-ratio", BTreeMap::from([("poisson_ratio", figure)]));
+            parameters.insert(POISSON_RATIO, BTreeMap::from([("poisson_ratio", figure)]));
         }
         let mut notes = Vec::new();
         for effect in &world.effects {
-            let id = effect.physics().unwrap_or("unexplained");
+            let id = effect.entry();
             if !physics.contains(&id) {
                 physics.push(id);
             }

@@ -29,6 +29,11 @@ pub enum Effect {
 }
 
 impl Effect {
+    /// As an answer names it: its id in the physics catalogue, or `unexplained` for what that does not list.
+    pub fn entry(&self) -> &'static str {
+        self.physics().unwrap_or("unexplained")
+    }
+
     /// Id in the physics catalogue; none for what it does not list.
     pub fn physics(&self) -> Option<&'static str> {
         match self {

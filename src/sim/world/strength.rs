@@ -1,6 +1,7 @@
 //! How much the effects of a world change its recording, over the noise, and how much of that no other modulus and no
 //! other springs would.
 
+use super::answer::{Answer, POISSON_RATIO};
 use super::phantom::Phantom;
 use super::plan::{Hold, World};
 use crate::geometry::Vec3;
@@ -41,45 +42,35 @@ impl World {
         }
         let mut plain = World { effects: Vec::new(), ..self.clone() };
         plain.phantom.poisson_ratio = stated;
-        let as_made = phantom;
         let other = match misstated {
             true => Some(Phantom::prepare(&plain.phantom)?),
             false => None,
         };
-        let phantom = other.as_ref().unwrap_or(as_made);
+        let as_stated = other.as_ref().unwrap_or(phantom);
         let mut quiet = plain.clone();
         quiet.instruments.noise =
             Noise { force_n: [0.0; 3], torque_nm: [0.0; 3], marker_m: [0.0; 3], stage_m: [0.0; 3] };
         quiet.instruments.wander = None;
-        let quietly = Readings::of(&quiet.record(phantom)?, &recording.noise);
+        let quietly = Readings::of(&quiet.record(as_stated)?, &recording.noise);
         let mut others = Vec::new();
         for hold in 0..quiet.holds.len() {
             let mut stiffer = quiet.clone();
             if let Hold::Springs { stiffness_n_per_m, .. } = &mut stiffer.holds[hold] {
                 *stiffness_n_per_m *= 1.0 + STIFFER;
-                others.push(Readings::of(&stiffer.record(phantom)?, &recording.noise));
+                others.push(Readings::of(&stiffer.record(as_stated)?, &recording.noise));
             }
         }
         let with = Readings::of(recording, &recording.noise);
-        let without = Readings::of(&plain.record(phantom)?, &recording.noise);
-        let ids: Vec<&'static str> = misstated
-            .then_some("poisson-ratio")
-            .into_iter()
-            .chain(self.effects.iter().map(|effect| effect.physics().unwrap_or("unexplained")))
-            .collect();
-        let mut lacking = Vec::new();
-        if ids.len() > 1 {
-            if misstated {
-                let mut rightly_stated = self.clone();
-                rightly_stated.phantom.poisson_ratio = stated;
-                lacking.push(Readings::of(&rightly_stated.record(phantom)?, &recording.noise));
-            }
-            for index in 0..self.effects.len() {
-                let mut world = self.clone();
-                world.effects.remove(index);
-                lacking.push(Readings::of(&world.record(as_made)?, &recording.noise));
-            }
-        }
+        let without = Readings::of(&plain.record(as_stated)?, &recording.noise);
+        let ids = Answer::of(self).physics;
+        let lacks = |id: &&'static str| {
+            let lacking = self.without(id);
+            let on = if lacking.phantom == self.phantom { phantom } else { as_stated };
+            Ok(Readings::of(&lacking.record(on)?, &recording.noise))
+        };
+        // Without the only one there is none, which is known already.
+        let several = if ids.len() > 1 { &ids[..] } else { &[] };
+        let lacking: Vec<Readings> = several.iter().map(lacks).collect::<Result<_, SimError>>()?;
         // Rows that only some of them have seen do not count.
         let seen = with.seen_also_by([&without, &quietly].into_iter().chain(&others).chain(&lacking));
         let [with, without, quietly] = [with, without, quietly].map(|readings| readings.of_seen(&seen));
@@ -90,11 +81,19 @@ impl World {
         let columns: Vec<DVector<f64>> = std::iter::once(forces).chain(others).collect();
         let changes: Vec<DVector<f64>> = lacking.iter().map(|lacks| &with - lacks.of_seen(&seen)).collect();
         let net = beyond(with - without, &columns);
-        let own = match changes.len() {
-            0 => ids.into_iter().map(|id| (id, net)).collect(),
-            _ => ids.into_iter().enumerate().map(|(i, id)| (id, beside(i, &changes, &columns))).collect(),
-        };
+        let own = |(i, id)| (id, if changes.is_empty() { net } else { beside(i, &changes, &columns) });
+        let own = ids.into_iter().enumerate().map(own).collect();
         Ok(Some(Strength { net, own, signal: quietly.norm() }))
+    }
+
+    /// The same world without one entry of its answer.
+    fn without(&self, id: &str) -> Self {
+        let mut other = self.clone();
+        other.effects.retain(|effect| effect.entry() != id);
+        if id == POISSON_RATIO {
+            other.phantom.poisson_ratio = self.stated_poisson_ratio;
+        }
+        other
     }
 }
 

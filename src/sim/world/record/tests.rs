@@ -302,6 +302,15 @@ fn a_wrong_statement_has_a_strength() {
     assert_eq!(strength(0.47), 0.0);
     let [near, far] = [0.46, 0.45].map(&mut strength);
     assert!(near > 1.0 && far > 1.7 * near, "{near}, {far}");
+    // Beside an effect each has a strength of its own.
+    world.stated_poisson_ratio = 0.45;
+    world.effects = vec![Effect::Rig(Rig::CameraScale { scale: 1.02, depth_gain: 1.0 })];
+    let recording = world.record(phantom()).expect("a recording");
+    let both = world.strength(phantom(), &recording).expect("a strength").expect("two effects");
+    let ids: Vec<&str> = both.own.keys().copied().collect();
+    assert_eq!(ids, ["camera-scale", "poisson-ratio"]);
+    let share = both.own["poisson-ratio"] / far;
+    assert!(share > 0.2 && share < 1.02 && both.own["camera-scale"] < both.net, "{far} {both:?}");
 }
 
 /// What another modulus and other springs would have shown does not count.
